@@ -1,0 +1,52 @@
+"""Every error that this package raises on purpose, under one root.
+
+A message says what was got and what would have worked.
+"""
+
+
+class SpatialRelationsError(Exception):
+    """Root of all errors that this package raises on purpose."""
+
+
+class InvalidPoseError(SpatialRelationsError):
+    """A pose with non-finite numbers or a quaternion that is not a rotation."""
+
+
+class InvalidSceneError(SpatialRelationsError):
+    """A scene or an object that cannot be used: too few points, equal ids, non-finite points."""
+
+
+class CloudFormatError(SpatialRelationsError):
+    """A point cloud message or file whose layout cannot be read."""
+
+
+class DatasetFormatError(SpatialRelationsError):
+    """A dataset folder with missing or malformed files."""
+
+
+class WeightsError(SpatialRelationsError):
+    """Weights that are missing, damaged, or belong to another network."""
+
+
+class ConfigError(SpatialRelationsError):
+    """A parameter or configuration value that cannot be used."""
+
+
+class UnknownObjectError(SpatialRelationsError):
+    """An object id that nobody has seen."""
+
+
+class UnknownRelationError(SpatialRelationsError):
+    """A remembered relation's name that is not stored."""
+
+
+class FrameTransformError(SpatialRelationsError):
+    """A transform between two frames that is not known at the asked time."""
+
+
+class BagError(SpatialRelationsError):
+    """A bag that is missing, empty, or lacks the topics that are needed."""
+
+
+class ImitationError(SpatialRelationsError):
+    """An imitation request that cannot be carried out."""

@@ -1,0 +1,1 @@
+"""The paper's folder format, object models and generated scenes; no ROS."""

@@ -1,0 +1,1 @@
+"""Retrieval, replay and reports; no ROS."""

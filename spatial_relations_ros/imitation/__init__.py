@@ -1,0 +1,1 @@
+"""Pose optimisation through the metric, and feasibility; no ROS."""

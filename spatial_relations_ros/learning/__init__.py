@@ -1,0 +1,1 @@
+"""Encoders, the metric and its training; no ROS."""

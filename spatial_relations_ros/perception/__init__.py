@@ -1,0 +1,1 @@
+"""Clouds, tracks and frames into scenes; no ROS."""

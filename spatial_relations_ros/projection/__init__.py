@@ -1,0 +1,1 @@
+"""Depth images of scenes and their gradients; no ROS."""

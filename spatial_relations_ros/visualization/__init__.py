@@ -1,0 +1,1 @@
+"""Pictures of scenes, projections and curves; no ROS."""
