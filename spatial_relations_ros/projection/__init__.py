@@ -1,1 +1,17 @@
 """Depth images of scenes and their gradients; no ROS."""
+
+from spatial_relations_ros.projection.config import PLANES, ProjectionConfig
+from spatial_relations_ros.projection.depth_images import project
+from spatial_relations_ros.projection.normalization import fit_unit_cube
+from spatial_relations_ros.projection.poses import apply_poses, resample_points
+from spatial_relations_ros.projection.stencils import sobel_kernel
+
+__all__ = [
+    'PLANES',
+    'ProjectionConfig',
+    'apply_poses',
+    'fit_unit_cube',
+    'project',
+    'resample_points',
+    'sobel_kernel',
+]

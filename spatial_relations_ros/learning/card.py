@@ -1,0 +1,67 @@
+"""The card that accompanies weights."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from spatial_relations_ros.core import WeightsError, atomic_write
+
+CARD_VERSION = 1
+
+
+@dataclass(frozen=True)
+class ModelCard:
+    """Where weights come from and how good they are.
+
+    Attributes:
+        encoder: name of the network.
+        num_points: points an object in training.
+        sha256: of the weights file.
+        config: name and settings of the training configuration.
+        data: seed, counts and hash of the training data.
+        steps: optimiser steps.
+        retrieval: measured numbers on held-out objects.
+        versions: of the libraries that trained it.
+    """
+
+    encoder: str
+    num_points: int
+    sha256: str = ''
+    config: dict[str, Any] = field(default_factory=dict)
+    data: dict[str, Any] = field(default_factory=dict)
+    steps: int = 0
+    retrieval: dict[str, Any] = field(default_factory=dict)
+    versions: dict[str, str] = field(default_factory=dict)
+    card_version: int = CARD_VERSION
+
+    def write(self, path: Path) -> None:
+        """Writes the card as JSON, atomically."""
+        with atomic_write(path) as temporary:
+            temporary.write_text(json.dumps(dataclasses.asdict(self), indent=2) + '\n')
+
+    @staticmethod
+    def read(path: Path) -> ModelCard:
+        """Reads a card.
+
+        Raises:
+            WeightsError: when the card is missing, no JSON, or of another version.
+        """
+        try:
+            content = json.loads(path.read_text())
+        except FileNotFoundError:
+            raise WeightsError(
+                f'{path} is missing; weights need the JSON card that was written beside them'
+            ) from None
+        except (OSError, ValueError) as error:
+            raise WeightsError(f'{path} is not a readable card: {error}') from error
+        if not isinstance(content, dict) or content.get('card_version') != CARD_VERSION:
+            raise WeightsError(f'{path} is not a card of version {CARD_VERSION}')
+        known = {item.name for item in dataclasses.fields(ModelCard)}
+        try:
+            return ModelCard(**{key: value for key, value in content.items() if key in known})
+        except TypeError as error:
+            raise WeightsError(f'{path} lacks entries: {error}') from error

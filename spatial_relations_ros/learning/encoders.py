@@ -1,0 +1,129 @@
+"""G_W: networks that map the three depth images of a scene to an embedding."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import torch
+import torch.nn.functional as F
+from torch import Tensor, nn
+
+from spatial_relations_ros.core import ConfigError
+from spatial_relations_ros.projection import PLANES, ProjectionConfig
+
+EMBEDDING_DIM = 64
+
+
+class Encoder(nn.Module):
+    """Base of all encoders: one sub-network for all planes, fused by a linear layer.
+
+    Subclasses set ``projection`` (the images they expect) and implement :meth:`features`.
+    """
+
+    projection: ProjectionConfig
+    value_scale: float
+
+    def __init__(self, fused_features: int, dropout: float) -> None:
+        super().__init__()
+        self.dropout = nn.Dropout(dropout)
+        self.fuse = nn.Linear(len(PLANES) * fused_features, EMBEDDING_DIM)
+
+    def features(self, images: Tensor) -> Tensor:
+        """Feature maps of single planes, (B, 2, S, S) to (B, C, h, w)."""
+        raise NotImplementedError
+
+    def forward(self, images: Tensor) -> Tensor:
+        """Embeddings (B, 64) of images (B, 3, 2, S, S) with values as ``project`` gives them."""
+        batch = images.shape[0]
+        planes = (images / self.value_scale).flatten(0, 1)
+        planes = planes.contiguous(memory_format=torch.channels_last)
+        features = self.features(planes).contiguous().view(batch, -1)
+        embeddings: Tensor = self.fuse(self.dropout(features))
+        return embeddings
+
+
+class Jund2018(Encoder):
+    """The network of Jund et al., ICRA 2018, figure 4 (1.107 M parameters).
+
+    Convolutions of stride one with SAME padding, ELU; the first five are followed by 2 x 2 max
+    pooling (SAME: odd sizes are rounded up). Dropout 0.5 on the fully connected layer's input.
+    """
+
+    projection = ProjectionConfig(image_size=100, margin_px=1.0, splat_px=5)
+    value_scale = 255.0
+    _LAYERS = (  # kernel, channels, pool
+        (10, 32, True),
+        (8, 42, True),
+        (6, 64, True),
+        (4, 64, True),
+        (4, 128, True),
+        (4, 128, False),
+        (2, 128, False),
+    )
+
+    def __init__(self) -> None:
+        super().__init__(fused_features=128 * 4 * 4, dropout=0.5)
+        channels = 2
+        convolutions = []
+        for kernel, width, _ in self._LAYERS:
+            convolutions.append(nn.Conv2d(channels, width, kernel))
+            channels = width
+        self.convolutions = nn.ModuleList(convolutions)
+
+    def features(self, images: Tensor) -> Tensor:
+        """See the base class."""
+        for convolution, (kernel, _, pool) in zip(self.convolutions, self._LAYERS, strict=True):
+            before, after = (kernel - 1) // 2, kernel // 2
+            images = F.elu(convolution(F.pad(images, (before, after, before, after))))
+            if pool:
+                images = F.max_pool2d(images, 2, ceil_mode=True)
+        return images
+
+
+class Compact(Encoder):
+    """A small strided network on 64-pixel images, about 14 times cheaper than ``jund2018``."""
+
+    projection = ProjectionConfig(image_size=64, margin_px=1.0, splat_px=3)
+    value_scale = 100.0
+    _LAYERS = (  # kernel, channels, stride
+        (5, 32, 2),
+        (3, 64, 2),
+        (3, 64, 1),
+        (3, 96, 2),
+        (3, 96, 1),
+        (3, 128, 2),
+    )
+
+    def __init__(self) -> None:
+        super().__init__(fused_features=128 * 4 * 4, dropout=0.1)
+        layers: list[nn.Module] = []
+        channels = 2
+        for kernel, width, stride in self._LAYERS:
+            layers += [
+                nn.Conv2d(channels, width, kernel, stride, kernel // 2, bias=False),
+                nn.BatchNorm2d(width),
+                nn.ELU(),
+            ]
+            channels = width
+        self.layers = nn.Sequential(*layers)
+
+    def features(self, images: Tensor) -> Tensor:
+        """See the base class."""
+        features: Tensor = self.layers(images)
+        return features
+
+
+ENCODERS: dict[str, Callable[[], Encoder]] = {'jund2018': Jund2018, 'compact': Compact}
+
+
+def make_encoder(name: str) -> Encoder:
+    """A new encoder with random weights.
+
+    Raises:
+        ConfigError: for an unknown name.
+    """
+    try:
+        return ENCODERS[name]()
+    except KeyError:
+        known = ', '.join(sorted(ENCODERS))
+        raise ConfigError(f'no encoder is called {name!r}; there are {known}') from None

@@ -1,0 +1,79 @@
+"""The learned metric: Gamma = G_W . rho . psi and the distance of two scenes under it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+from torch import Tensor
+
+from spatial_relations_ros.core import Scene
+from spatial_relations_ros.learning.card import ModelCard
+from spatial_relations_ros.learning.encoders import EMBEDDING_DIM, Encoder
+from spatial_relations_ros.learning.losses import euclidean_distance
+from spatial_relations_ros.projection import project, resample_points
+
+BATCH_SIZE = 64
+
+
+class RelationMetric:
+    """Embeds scenes; the Euclidean distance of two embeddings says how alike two relations are.
+
+    Not thread-safe: call it from one thread.
+
+    Attributes:
+        encoder: the network, in evaluation mode, without gradients to its weights.
+        card: where the weights come from.
+        num_points: points an object that the network was trained with.
+    """
+
+    def __init__(self, encoder: Encoder, card: ModelCard) -> None:
+        self.encoder = encoder.eval().requires_grad_(False)
+        self.encoder.to(memory_format=torch.channels_last)
+        self.card = card
+        self.num_points = card.num_points
+
+    @property
+    def embedding_dim(self) -> int:
+        """Length of an embedding."""
+        return EMBEDDING_DIM
+
+    @property
+    def model_hash(self) -> str:
+        """SHA-256 of the weights file; embeddings of different models cannot be compared."""
+        return self.card.sha256
+
+    def embed(self, points: Tensor) -> Tensor:
+        """Embeddings (B, 64) of world points (B, 2, N, 3); differentiable."""
+        embeddings: Tensor = self.encoder(project(points, self.encoder.projection))
+        return embeddings
+
+    def scene_points(self, scene: Scene) -> NDArray[np.float32]:
+        """World points (2, num_points, 3) of base and relative, as the network takes them."""
+        clouds = [
+            item.world_from_object.apply(resample_points(item.points, self.num_points))
+            for item in scene.objects
+        ]
+        return np.stack(clouds).astype(np.float32)
+
+    def embed_scenes(self, scenes: Sequence[Scene]) -> NDArray[np.float32]:
+        """Embeddings (B, 64) of scenes."""
+        if not scenes:
+            return np.zeros((0, self.embedding_dim), dtype=np.float32)
+        points = torch.from_numpy(np.stack([self.scene_points(scene) for scene in scenes]))
+        with torch.inference_mode():
+            chunks = [self.embed(chunk) for chunk in points.split(BATCH_SIZE)]
+        return torch.cat(chunks).numpy()
+
+    def distance(self, first: Scene, second: Scene) -> float:
+        """How unalike two relations are; 0 is equal, dissimilar ones were trained to exceed 1."""
+        embeddings = torch.from_numpy(self.embed_scenes([first, second]))
+        return float(euclidean_distance(embeddings[0], embeddings[1]))
+
+    def projections(self, scene: Scene) -> NDArray[np.float32]:
+        """The network's input (3, 2, S, S): planes top, front, side; base, relative."""
+        points = torch.from_numpy(self.scene_points(scene))[None]
+        with torch.inference_mode():
+            return project(points, self.encoder.projection)[0].numpy()

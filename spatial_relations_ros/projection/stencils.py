@@ -1,0 +1,79 @@
+"""Small image stencils as sums of shifted images.
+
+On a CPU these are several times faster than the general convolutions and pools of torch for
+images of one channel.
+"""
+
+from __future__ import annotations
+
+import torch
+import torch.nn.functional as F
+from torch import Tensor
+
+
+def sobel_kernel(size: int, *, dtype: torch.dtype = torch.float32) -> Tensor:
+    """Derivative kernel (size, size) along columns, entries dx / (dx^2 + dy^2).
+
+    Scaled so that correlation with a ramp of slope one gives one. Larger kernels than 3 carry
+    the sparse gradients behind max pooling further (Jund et al. 2018, section III-B).
+    """
+    offsets = torch.arange(size, dtype=dtype) - size // 2
+    dy, dx = torch.meshgrid(offsets, offsets, indexing='ij')
+    squared = (dx**2 + dy**2).clamp_min(1.0)
+    kernel = dx / squared
+    return kernel / (kernel * dx).sum()
+
+
+def slopes(images: Tensor, kernel: Tensor) -> tuple[Tensor, Tensor]:
+    """Correlates images (..., H, W) with a derivative kernel along columns and along rows.
+
+    The kernel must be odd in its column offset and even in its row offset, as
+    :func:`sobel_kernel` is. Borders are replicated.
+    """
+    radius = len(kernel) // 2
+    flat = images.reshape(-1, 1, *images.shape[-2:])
+    padded = F.pad(flat, [radius] * 4, mode='replicate')[:, 0]
+    along_columns = _odd_correlation(padded, kernel)
+    along_rows = _odd_correlation(padded.transpose(-1, -2), kernel).transpose(-1, -2)
+    return along_columns.reshape(images.shape), along_rows.reshape(images.shape)
+
+
+def _odd_correlation(padded: Tensor, kernel: Tensor) -> Tensor:
+    radius = len(kernel) // 2
+    height, width = padded.shape[-2] - 2 * radius, padded.shape[-1] - 2 * radius
+    total = torch.zeros_like(padded[..., :height, :width])
+    for dx in range(1, radius + 1):
+        right = padded[..., radius + dx : radius + dx + width]
+        left = padded[..., radius - dx : radius - dx + width]
+        difference = right - left
+        for row, weight in enumerate(kernel[:, radius + dx].tolist()):
+            total.add_(difference[..., row : row + height, :], alpha=weight)
+    return total
+
+
+def box_sum(images: Tensor, side: int) -> Tensor:
+    """Sum over a square of ``side`` pixels (odd) around each pixel; zero outside the image."""
+    radius = side // 2
+    height, width = images.shape[-2:]
+    padded = F.pad(images, [radius] * 4)
+    rows = padded[..., :height, :].clone()
+    for shift in range(1, side):
+        rows += padded[..., shift : shift + height, :]
+    total = rows[..., :width].clone()
+    for shift in range(1, side):
+        total += rows[..., shift : shift + width]
+    return total
+
+
+def box_min(images: Tensor, side: int) -> Tensor:
+    """Minimum over a square of ``side`` pixels (odd) around each pixel."""
+    radius = side // 2
+    height, width = images.shape[-2:]
+    padded = F.pad(images, [radius] * 4, value=torch.inf)
+    rows = padded[..., :height, :]
+    for shift in range(1, side):
+        rows = torch.minimum(rows, padded[..., shift : shift + height, :])
+    least = rows[..., :width]
+    for shift in range(1, side):
+        least = torch.minimum(least, rows[..., shift : shift + width])
+    return least
