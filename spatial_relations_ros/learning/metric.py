@@ -31,7 +31,7 @@ class RelationMetric:
 
     def __init__(self, encoder: Encoder, card: ModelCard) -> None:
         self.encoder = encoder.eval().requires_grad_(False)
-        self.encoder.to(memory_format=torch.channels_last)
+        self.encoder.to(memory_format=torch.channels_last)  # type: ignore[call-overload]
         self.card = card
         self.num_points = card.num_points
 
@@ -64,7 +64,7 @@ class RelationMetric:
             return np.zeros((0, self.embedding_dim), dtype=np.float32)
         points = torch.from_numpy(np.stack([self.scene_points(scene) for scene in scenes]))
         with torch.inference_mode():
-            chunks = [self.embed(chunk) for chunk in points.split(BATCH_SIZE)]
+            chunks = [self.embed(chunk) for chunk in torch.split(points, BATCH_SIZE)]
         return torch.cat(chunks).numpy()
 
     def distance(self, first: Scene, second: Scene) -> float:
