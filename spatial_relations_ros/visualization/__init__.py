@@ -1,1 +1,32 @@
-"""Pictures of scenes, projections and curves; no ROS."""
+"""Pictures of scenes, projections and curves; no ROS, no display, no GPU."""
+
+from spatial_relations_ros.visualization.camera import Camera, frame_objects, frame_points
+from spatial_relations_ros.visualization.curves import draw_distance_curve
+from spatial_relations_ros.visualization.images import Image, read_image, write_image
+from spatial_relations_ros.visualization.imitation_pictures import write_imitation_pictures
+from spatial_relations_ros.visualization.palette import (
+    BASE_COLOUR,
+    OBJECT_COLOURS,
+    RELATIVE_COLOUR,
+)
+from spatial_relations_ros.visualization.projections import draw_projections
+from spatial_relations_ros.visualization.rendering import render_scene
+from spatial_relations_ros.visualization.sheets import before_after, contact_sheet
+
+__all__ = [
+    'BASE_COLOUR',
+    'Camera',
+    'Image',
+    'OBJECT_COLOURS',
+    'RELATIVE_COLOUR',
+    'before_after',
+    'contact_sheet',
+    'draw_distance_curve',
+    'draw_projections',
+    'frame_objects',
+    'frame_points',
+    'read_image',
+    'render_scene',
+    'write_image',
+    'write_imitation_pictures',
+]

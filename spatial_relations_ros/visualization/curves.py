@@ -1,0 +1,89 @@
+"""Curves, drawn by matplotlib without its global state."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
+from numpy.typing import NDArray
+
+from spatial_relations_ros.visualization.images import Image
+from spatial_relations_ros.visualization.palette import BASE_COLOUR, FADED_INK, FRAME, INK
+
+DPI = 120
+
+
+def draw_distance_curve(
+    history: NDArray[np.floating] | Sequence[float],
+    *,
+    title: str = 'Distance to the demonstration',
+    width: int = 800,
+    height: int = 480,
+) -> Image:
+    """The distance under the metric over the optimiser's steps.
+
+    Args:
+        history: (S,) distances; the first is the scene as it stood. May be empty, may hold NaN.
+        title: above the curve.
+        width: pixels.
+        height: pixels.
+
+    Returns:
+        (height, width, 3) uint8 RGB.
+    """
+    distances = np.asarray(history, dtype=np.float64).reshape(-1)
+    figure = Figure(figsize=(width / DPI, height / DPI), dpi=DPI, layout='constrained')
+    canvas = FigureCanvasAgg(figure)
+    axes = figure.add_subplot()
+    axes.set_title(title, loc='left', fontsize=11, color=INK, fontweight='bold', pad=10)
+    axes.set_xlabel('step', color=FADED_INK)
+    axes.set_ylabel('distance', color=FADED_INK)
+    _plain(axes)
+    if np.isfinite(distances).any():
+        _curve(axes, distances)
+    else:
+        axes.text(
+            0.5, 0.5, 'no steps were made', transform=axes.transAxes, ha='center', color=FADED_INK
+        )
+    canvas.draw()
+    return np.ascontiguousarray(np.asarray(canvas.buffer_rgba())[..., :3])
+
+
+def _plain(axes: Axes) -> None:
+    axes.grid(color=FRAME, linewidth=0.8)
+    axes.set_axisbelow(True)
+    axes.tick_params(colors=FADED_INK, length=0)
+    for side in ('top', 'right'):
+        axes.spines[side].set_visible(False)
+    for side in ('left', 'bottom'):
+        axes.spines[side].set_color(FRAME)
+
+
+def _curve(axes: Axes, distances: NDArray[np.float64]) -> None:
+    steps = np.arange(len(distances))
+    best = int(np.nanargmin(distances))
+    start = int(np.flatnonzero(np.isfinite(distances))[0])
+    axes.plot(steps, distances, color=BASE_COLOUR, linewidth=2.0)
+    axes.fill_between(steps, distances, 0.0, color=BASE_COLOUR, alpha=0.10, linewidth=0.0)
+    top = 1.12 * float(np.nanmax(distances)) or 1.0
+    axes.set_ylim(0.0, top)
+    axes.set_xlim(0, max(len(distances) - 1, 1))
+    axes.xaxis.set_major_locator(MaxNLocator(integer=True))
+    for step, words, shift in ((start, 'start', 8), (best, 'best', 10)):
+        axes.plot(step, distances[step], 'o', color=BASE_COLOUR, markersize=6, clip_on=False)
+        late = step > 0.8 * len(distances)
+        axes.annotate(
+            f'{words} {distances[step]:.3f}',
+            (step, distances[step]),
+            xytext=(-6 if late else 8, shift),
+            textcoords='offset points',
+            ha='right' if late else 'left',
+            fontsize=9,
+            color=INK,
+        )
+        if start == best:
+            break
