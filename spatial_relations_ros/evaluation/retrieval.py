@@ -85,5 +85,6 @@ def _average_precision(matches: NDArray[np.bool_]) -> NDArray[np.float64]:
     """Average precision of each ranked row of matches; rows without a match count zero."""
     ranks = np.arange(1, matches.shape[1] + 1)
     precision = np.cumsum(matches, axis=1) / ranks
-    found: NDArray[np.float64] = (precision * matches).sum(axis=1)
-    return found / np.maximum(matches.sum(axis=1), 1)
+    averages: NDArray[np.float64] = (precision * matches).sum(axis=1)
+    averages /= np.maximum(matches.sum(axis=1), 1)
+    return averages

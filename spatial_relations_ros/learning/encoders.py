@@ -49,7 +49,7 @@ class Jund2018(Encoder):
     pooling (SAME: odd sizes are rounded up). Dropout 0.5 on the fully connected layer's input.
     """
 
-    projection = ProjectionConfig(image_size=100, margin_px=1.0, splat_px=5)
+    projection = ProjectionConfig(image_size=100, margin_px=1.0, splat_px=5, gradient='sobel')
     value_scale = 255.0
     _LAYERS = (  # kernel, channels, pool
         (10, 32, True),

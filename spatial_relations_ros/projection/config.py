@@ -9,6 +9,7 @@ from spatial_relations_ros.core import ConfigError
 DEPTH_SCALE = 100.0
 OBJECT_BIAS = 100.0
 PLANES = ('top', 'front', 'side')
+GRADIENTS = ('silhouette', 'sobel')
 
 
 @dataclass(frozen=True)
@@ -21,7 +22,9 @@ class ProjectionConfig:
         splat_px: side of the square that a point covers, in pixels, odd. One is the paper's
             projection, meant for clouds sampled every millimetre; sparser clouds need more to
             give solid images.
-        sobel_size: side of the derivative kernel of the backward pass, in pixels, odd.
+        gradient: ``silhouette`` or ``sobel`` (the paper's); see
+            :mod:`spatial_relations_ros.projection.depth_images`.
+        sobel_size: side of the derivative kernel of the ``sobel`` gradient, in pixels, odd.
 
     Raises:
         ConfigError: for values that make no image.
@@ -30,6 +33,7 @@ class ProjectionConfig:
     image_size: int = 100
     margin_px: float = 1.0
     splat_px: int = 3
+    gradient: str = 'silhouette'
     sobel_size: int = 5
 
     def __post_init__(self) -> None:
@@ -37,6 +41,8 @@ class ProjectionConfig:
             raise ConfigError(f'image_size is {self.image_size}; at least 8 pixels are needed')
         if not 0.0 <= 2.0 * self.margin_px < self.image_size:
             raise ConfigError(f'margin_px {self.margin_px} leaves no room in {self.image_size} px')
+        if self.gradient not in GRADIENTS:
+            raise ConfigError(f'gradient is {self.gradient!r}; expected one of {GRADIENTS}')
         for name in ('splat_px', 'sobel_size'):
             value = getattr(self, name)
             if value < 1 or value % 2 == 0:

@@ -1,11 +1,18 @@
-"""rho: three orthogonal depth images of a scene, with a gradient that knows where a pixel is.
+"""rho: three orthogonal depth images of a scene, with gradients that know where a pixel is.
 
 Source: Jund et al., "Optimization Beyond the Convolution", ICRA 2018, section III. The forward
-pass is the paper's. The backward pass follows its idea: the gradient U' of the error with respect
-to an image says how the error changes with depth; convolved with a Sobel-derived kernel it says
-how the error changes when a pixel moves along the image axes. We scale it so that it is the exact
-derivative for an image that shifts: a pixel of value v that moves by one pixel changes the error
-by v times the slope of U'.
+pass is the paper's. The derivative of a depth image as such is blind to motion along the image
+axes, so the backward pass replaces it. Two kinds are there, both scaled so that their sum over an
+object's points is the derivative for moving the object as a whole:
+
+``sobel``, the paper's: the gradient U' of the error with respect to an image, convolved with a
+Sobel-derived kernel, says how the error changes when a pixel moves along the image axes; a pixel
+of value v that moves by one pixel changes the error by v times the slope of U'. Exact for an
+image that shifts; blind to most of a rotation, which moves the two sides of an object apart.
+
+``silhouette``, ours: when an object moves, the boundary between two neighbouring pixels carries
+the step of their values across it. The error changes by that step times U' there, and the change
+belongs to the points at that boundary, so a rotation is seen as well as a shift.
 """
 
 from __future__ import annotations
@@ -22,7 +29,13 @@ from spatial_relations_ros.projection.config import (
     ProjectionConfig,
 )
 from spatial_relations_ros.projection.normalization import fit_unit_cube
-from spatial_relations_ros.projection.stencils import box_min, box_sum, slopes, sobel_kernel
+from spatial_relations_ros.projection.stencils import (
+    box_min,
+    box_sum,
+    carried_steps,
+    slopes,
+    sobel_kernel,
+)
 
 # World axes (x=0, y=1, z=2) of an image's columns, rows and depth, for each plane. Depth grows
 # away from the camera: from the top it is 1 - z.
@@ -33,7 +46,7 @@ _DEPTH_SIGN = (-1.0, 1.0, 1.0)
 
 
 def project(points: Tensor, config: ProjectionConfig) -> Tensor:
-    """Depth images of scenes: rho with the Sobel-derived gradient.
+    """Depth images of scenes: rho with the gradient that the configuration names.
 
     Args:
         points: (B, 2, N, 3) world coordinates of (base, relative), metres, z up.
@@ -45,12 +58,12 @@ def project(points: Tensor, config: ProjectionConfig) -> Tensor:
         along x, x, y and rows along y, z, z.
     """
     unit = fit_unit_cube(points, config.margin_px / config.image_size)
-    images: Tensor = _SobelProjection.apply(unit, config)  # type: ignore[no-untyped-call]
+    images: Tensor = _Projection.apply(unit, config)  # type: ignore[no-untyped-call]
     return images
 
 
-class _SobelProjection(torch.autograd.Function):
-    """Unit-cube points to depth images; see the module's docstring for the backward pass."""
+class _Projection(torch.autograd.Function):
+    """Unit-cube points to depth images; see the module's docstring for the backward passes."""
 
     @staticmethod
     def forward(ctx: Any, unit: Tensor, config: ProjectionConfig) -> Tensor:
@@ -109,10 +122,14 @@ def _shared_pixel_gradients(
         *pixel_idx.shape[:3], size * size, dtype=grad.dtype, device=grad.device
     ).scatter_add_(-1, pixel_idx, torch.ones_like(pixel_idx, dtype=grad.dtype))
     counts = box_sum(counts.view_as(images), config.splat_px).clamp_min_(1.0)
-    by_column, by_row = slopes(grad, sobel_kernel(config.sobel_size, dtype=grad.dtype))
-    moved_value = images * (size / counts)
-    seen = (images > 0).to(grad.dtype) * (DEPTH_SCALE / counts)
-    moves = torch.stack([moved_value * by_column, moved_value * by_row, seen * grad], dim=3)
+    if config.gradient == 'sobel':
+        by_column, by_row = slopes(grad, sobel_kernel(config.sobel_size, dtype=grad.dtype))
+        by_column, by_row = by_column * images, by_row * images
+    else:
+        by_column = carried_steps(images, grad)
+        by_row = carried_steps(images.mT, grad.mT).mT
+    by_depth = (images > 0).to(grad.dtype) * grad * DEPTH_SCALE
+    moves = torch.stack([by_column * size, by_row * size, by_depth], dim=3) / counts[:, :, :, None]
     return box_sum(moves, config.splat_px).flatten(-2)
 
 

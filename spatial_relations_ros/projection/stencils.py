@@ -51,6 +51,30 @@ def _odd_correlation(padded: Tensor, kernel: Tensor) -> Tensor:
     return total
 
 
+def carried_steps(images: Tensor, grad: Tensor) -> Tensor:
+    """How the error changes when the content of images moves by one pixel along columns.
+
+    The boundary between two neighbouring pixels carries the step between their values; with the
+    mean gradient on both sides this is the change of the error. It is booked on the object's
+    pixel, or by halves when both pixels belong to the object.
+
+    Args:
+        images: (..., H, W) values, 0 where there is no object.
+        grad: (..., H, W) gradient of the error with respect to the images.
+
+    Returns:
+        (..., H, W); its sum is the derivative by a common shift in pixels.
+    """
+    left, right = images[..., :-1], images[..., 1:]
+    change = (left - right) * (0.5 * (grad[..., :-1] + grad[..., 1:]))
+    is_left, is_right = left > 0, right > 0
+    both = is_left & is_right
+    booked = torch.zeros_like(images)
+    booked[..., :-1] += change * torch.where(both, 0.5, is_left.to(grad.dtype))
+    booked[..., 1:] += change * torch.where(both, 0.5, is_right.to(grad.dtype))
+    return booked
+
+
 def box_sum(images: Tensor, side: int) -> Tensor:
     """Sum over a square of ``side`` pixels (odd) around each pixel; zero outside the image."""
     radius = side // 2

@@ -1,0 +1,143 @@
+"""Where two solids touch: travel until contact, separation of overlaps, settling."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+
+from spatial_relations_ros.core import Pose
+from spatial_relations_ros.imitation.shape import Array, Shape
+
+CONTACT_GAP = 0.0005
+MAX_SEPARATION = 0.06
+_SEPARATION_STEPS = 15
+_DOWN = np.array([0.0, 0.0, -1.0])
+
+
+@dataclass(frozen=True, eq=False)
+class Body:
+    """A shape at a pose; ``pose`` is world_from_object."""
+
+    shape: Shape
+    pose: Pose
+
+    @property
+    def world_points(self) -> NDArray[np.float64]:
+        """Surface points (1024, 3) in the world frame."""
+        return self.pose.apply(self.shape.points)
+
+    @property
+    def world_centre_of_mass(self) -> NDArray[np.float64]:
+        """Centre of mass (3,) in the world frame."""
+        return self.pose.apply(self.shape.centre_of_mass)
+
+    def shifted(self, offset: NDArray[np.float64]) -> Body:
+        """The same body moved by an offset (3,) in the world frame."""
+        return Body(self.shape, Pose(self.pose.translation + offset, self.pose.quat_wxyz))
+
+    def signed_distance(self, world_points: NDArray[np.floating]) -> Array:
+        """Signed distance (N,) of world points (N, 3) to this body, metres."""
+        return self.shape.signed_distance(
+            self.pose.inverse().apply(world_points).astype(np.float32)
+        )
+
+
+def travel_to_contact(
+    moving: Body, obstacle: Body, direction: NDArray[np.float64], shifts: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """How far a body can move along a direction until it touches another one.
+
+    Rays go from the surface points of either body to the surface of the other, so the answer is
+    exact up to the spacing of the points.
+
+    Args:
+        moving: the body that moves; it must not overlap the obstacle.
+        obstacle: the body that stands still.
+        direction: (3,) unit vector, world frame.
+        shifts: (K, 3) offsets of the moving body from which the travel starts.
+
+    Returns:
+        (K,) metres, inf where it never touches.
+    """
+    forward = _min_travel(obstacle, moving.world_points, direction, shifts)
+    backward = _min_travel(moving, obstacle.world_points, -direction, -shifts)
+    return np.minimum(forward, backward)
+
+
+def _min_travel(
+    target: Body,
+    world_points: NDArray[np.float64],
+    direction: NDArray[np.float64],
+    shifts: NDArray[np.float64],
+) -> NDArray[np.float64]:
+    starts = (world_points[None] + shifts[:, None]).reshape(-1, 3)
+    object_from_world = target.pose.inverse()
+    origins = object_from_world.apply(starts)
+    local = np.broadcast_to(object_from_world.rotation @ direction, origins.shape)
+    travel = target.shape.ray_travel(origins.astype(np.float32), local.astype(np.float32))
+    return np.asarray(travel.reshape(len(shifts), -1).min(axis=1), dtype=np.float64)
+
+
+def drop(moving: Body, obstacle: Body, table_height: float) -> Body:
+    """Moves a body down until it rests on the other one or on the table."""
+    to_table = float(moving.world_points[:, 2].min()) - table_height
+    to_obstacle = float(travel_to_contact(moving, obstacle, _DOWN, np.zeros((1, 3)))[0])
+    fall = min(to_table, max(to_obstacle - CONTACT_GAP, 0.0))
+    return moving.shifted(np.array([0.0, 0.0, -fall]))
+
+
+def overlap(first: Body, second: Body) -> tuple[float, NDArray[np.float64]]:
+    """Deepest overlap of two bodies and the way out of it for the first one.
+
+    Returns:
+        Depth in metres (0 without overlap) and the unit direction (3,) in which the first body
+        leaves the second.
+    """
+    into_second = second.signed_distance(first.world_points)
+    into_first = first.signed_distance(second.world_points)
+    if min(into_second.min(), into_first.min()) >= 0.0:
+        return 0.0, np.zeros(3)
+    if into_second.min() <= into_first.min():
+        point = first.world_points[int(into_second.argmin())]
+        return -float(into_second.min()), _outward(second, point)
+    point = second.world_points[int(into_first.argmin())]
+    return -float(into_first.min()), -_outward(first, point)
+
+
+def _outward(body: Body, world_point: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Direction (3,) in which the signed distance to a body grows at a point."""
+    local = torch.from_numpy(body.pose.inverse().apply(world_point).astype(np.float32))
+    local.requires_grad_(True)
+    (gradient,) = torch.autograd.grad(body.shape.field.sample(local), local)
+    direction = body.pose.rotation @ gradient.numpy().astype(np.float64)
+    norm = float(np.linalg.norm(direction))
+    return direction / norm if norm > 1e-6 else np.array([0.0, 0.0, 1.0])
+
+
+def separate(moving: Body, obstacle: Body) -> Body:
+    """Moves a body out of another one by the shortest steps; gives up after 6 cm."""
+    moved = moving
+    for _ in range(_SEPARATION_STEPS):
+        depth, outward = overlap(moved, obstacle)
+        if depth <= CONTACT_GAP:
+            return moved
+        moved = moved.shifted(outward * (depth + 0.5 * CONTACT_GAP))
+        if np.linalg.norm(moved.pose.translation - moving.pose.translation) > MAX_SEPARATION:
+            return moving
+    return moved
+
+
+def settle(moving: Body, obstacle: Body, table_height: float) -> Body:
+    """Takes a body out of the table and the other body, then lets it down until it rests."""
+    below = table_height - float(moving.world_points[:, 2].min())
+    lifted = moving.shifted(np.array([0.0, 0.0, max(below, 0.0)]))
+    return drop(separate(lifted, obstacle), obstacle, table_height)
+
+
+def lowest_point(bodies: Sequence[Body]) -> float:
+    """World height of the lowest surface point of bodies, metres."""
+    return min(float(body.world_points[:, 2].min()) for body in bodies)

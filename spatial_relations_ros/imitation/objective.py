@@ -1,0 +1,77 @@
+"""What the pose optimiser minimises."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import torch
+from torch import Tensor
+
+from spatial_relations_ros.imitation.shape import Shape
+from spatial_relations_ros.learning import RelationMetric, euclidean_distance
+from spatial_relations_ros.projection import apply_poses
+
+_PENETRATION_WEIGHT = 30.0
+_CONTACT_WEIGHT = 2.0
+_HEADING_WEIGHT = 0.5
+
+
+@dataclass(frozen=True, eq=False)
+class Objective:
+    """Distance to the demonstration, penetration, contact and heading, for batches of poses.
+
+    Attributes:
+        metric: the learned metric.
+        clouds: (2, N, 3) clouds of base and relative as the metric takes them, object frames.
+        shapes: solids of base and relative.
+        reference_embedding: (64,) of the demonstration.
+        extent: size of the test scene, metres; makes the physical terms scale-free.
+        table_height: metres.
+        physics_weight: weight of penetration and contact; 0 leaves them out.
+        heading: (2,) unit horizontal direction from base to relative to keep, or None.
+    """
+
+    metric: RelationMetric
+    clouds: Tensor
+    shapes: tuple[Shape, Shape]
+    reference_embedding: Tensor
+    extent: float
+    table_height: float
+    physics_weight: float
+    heading: Tensor | None
+
+    def distances(self, rotations: Tensor, translations: Tensor) -> Tensor:
+        """Metric distances (K,) of K scenes with poses (K, 2, 3, 3) and (K, 2, 3)."""
+        points = apply_poses(self.clouds[None], rotations, translations)
+        return euclidean_distance(self.metric.embed(points), self.reference_embedding[None])
+
+    def penalties(self, rotations: Tensor, translations: Tensor) -> Tensor:
+        """Physical and heading terms (K,), in units of the metric's distance."""
+        total = torch.zeros(len(rotations))
+        if self.physics_weight > 0.0:
+            total = total + self.physics_weight * self._physics(rotations, translations)
+        if self.heading is not None:
+            offset = (translations[:, 1] - translations[:, 0])[:, :2]
+            length = offset.norm(dim=-1).clamp_min(1e-6)
+            misalignment = 1.0 - (offset @ self.heading) / length
+            # Objects above each other have no heading: the term fades with their offset.
+            fade = (length / (0.1 * self.extent)).clamp(max=1.0)
+            total = total + _HEADING_WEIGHT * misalignment * fade
+        return total
+
+    def _physics(self, rotations: Tensor, translations: Tensor) -> Tensor:
+        surfaces = [torch.from_numpy(shape.points) for shape in self.shapes]
+        world = [
+            apply_poses(points[None], rotations[:, k], translations[:, k])
+            for k, points in enumerate(surfaces)
+        ]
+        gaps = []
+        for k in (0, 1):
+            local = (world[k] - translations[:, 1 - k, None]) @ rotations[:, 1 - k]
+            gaps.append(self.shapes[1 - k].field.sample(local))
+        heights = [points[..., 2] - self.table_height for points in world]
+        overlap = sum((-values).clamp_min(0.0).mean(dim=-1) for values in (*gaps, *heights))
+        # The relative object should touch the base or the table somewhere.
+        nearest = torch.minimum(gaps[0].amin(dim=-1), gaps[1].amin(dim=-1))
+        hover = torch.minimum(nearest, heights[1].amin(dim=-1)).clamp_min(0.0)
+        return (_PENETRATION_WEIGHT * overlap + _CONTACT_WEIGHT * hover) / self.extent

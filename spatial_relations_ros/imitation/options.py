@@ -1,0 +1,74 @@
+"""What can be asked of an imitation."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from spatial_relations_ros.core import ConfigError
+
+ROLES = ('base', 'relative')
+
+
+@dataclass(frozen=True)
+class ImitationOptions:
+    """Settings of one imitation.
+
+    Attributes:
+        movable: which of ``base`` and ``relative`` may move.
+        num_answers: how many distinct answers to return at most.
+        time_budget_sec: no refinement starts after this time; None or 0 for no limit.
+        keep_heading: also keep the horizontal direction of the demonstration.
+        num_starts: how many starting poses are refined by gradient descent. With one start and
+            ``propose`` off this is the paper's optimisation.
+        propose: also start from poses proposed from the shapes, not only the current one.
+        max_steps: Adam steps of each refinement.
+        learning_rate: of Adam, as a share of the scene's extent (translation) and in radians
+            (rotation) a step.
+        physics_weight: weight of penetration and contact against the metric; 0 for the metric
+            alone.
+        table_height: height of the table in the world frame, metres; None takes the lowest
+            point of the test objects where they stand now.
+        approach_height: how far above the target the approach pose is, metres.
+        seed: for everything random.
+
+    Raises:
+        ConfigError: for values that cannot be used.
+    """
+
+    movable: tuple[str, ...] = ('relative',)
+    num_answers: int = 1
+    time_budget_sec: float | None = None
+    keep_heading: bool = False
+    num_starts: int = 6
+    propose: bool = True
+    max_steps: int = 40
+    learning_rate: float = 0.012
+    physics_weight: float = 1.0
+    table_height: float | None = None
+    approach_height: float = 0.1
+    seed: int = 0
+
+    def __post_init__(self) -> None:
+        if not self.movable or any(role not in ROLES for role in self.movable):
+            raise ConfigError(f'movable is {self.movable}; expected one or both of {ROLES}')
+        if self.num_answers < 1 or self.num_starts < 1 or self.max_steps < 0:
+            raise ConfigError(
+                f'num_answers {self.num_answers}, num_starts {self.num_starts} and max_steps '
+                f'{self.max_steps} must be at least 1, 1 and 0'
+            )
+        budget = self.time_budget_sec
+        if budget is not None and not (math.isfinite(budget) and budget >= 0.0):
+            raise ConfigError(f'time_budget_sec is {budget}; expected 0 or more seconds')
+        if self.table_height is not None and not math.isfinite(self.table_height):
+            raise ConfigError(f'table_height is {self.table_height}; expected metres')
+        if not self.learning_rate > 0.0 or self.physics_weight < 0.0:
+            raise ConfigError('learning_rate must be positive and physics_weight not negative')
+
+    @staticmethod
+    def paper() -> ImitationOptions:
+        """The optimisation of Jund et al. 2018: both objects, one start, the metric alone."""
+        return ImitationOptions(
+            movable=ROLES, num_starts=1, propose=False, max_steps=600, learning_rate=0.1,
+            physics_weight=0.0,
+        )  # fmt: skip

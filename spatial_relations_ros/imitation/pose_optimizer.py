@@ -1,0 +1,132 @@
+"""Gradient descent through the metric, on the poses of the objects that may move."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import roma
+import torch
+from torch import Tensor
+
+from spatial_relations_ros.imitation.objective import Objective
+
+StepCallback = Callable[[int, 'PoseBatch'], bool]
+
+
+@dataclass(frozen=True, eq=False)
+class PoseBatch:
+    """K candidate scenes.
+
+    Attributes:
+        rotations: (K, 2, 3, 3) world from object, of base and relative.
+        translations: (K, 2, 3) metres.
+        distances: (K,) metric distance to the demonstration.
+        costs: (K,) distance plus penalties.
+    """
+
+    rotations: Tensor
+    translations: Tensor
+    distances: Tensor
+    costs: Tensor
+
+    def select(self, rows: Tensor) -> PoseBatch:
+        """Some of the scenes, in the order asked for."""
+        return PoseBatch(
+            self.rotations[rows], self.translations[rows], self.distances[rows], self.costs[rows]
+        )
+
+
+def evaluate(objective: Objective, rotations: Tensor, translations: Tensor) -> PoseBatch:
+    """Distances and costs of poses, without gradients."""
+    with torch.no_grad():
+        distances = torch.cat(
+            [
+                objective.distances(r, t)
+                for r, t in zip(
+                    torch.split(rotations, 32), torch.split(translations, 32), strict=True
+                )
+            ]
+        )
+        return PoseBatch(
+            rotations,
+            translations,
+            distances,
+            distances + objective.penalties(rotations, translations),
+        )
+
+
+def refine(
+    objective: Objective,
+    start: PoseBatch,
+    movable: tuple[bool, bool],
+    *,
+    steps: int,
+    learning_rate: float,
+    on_step: StepCallback | None = None,
+) -> tuple[PoseBatch, Tensor]:
+    """Adam over the poses, all starts at once.
+
+    Poses are updated in the tangent space at the start: a translation in units of the scene's
+    extent and a rotation vector about the middle of the object's cloud, so a step does not
+    depend on units or on where the object's frame lies.
+
+    Args:
+        objective: what to minimise.
+        start: K starting scenes.
+        movable: whether base and relative may move.
+        steps: Adam steps.
+        learning_rate: peak step; decays to a tenth along a cosine.
+        on_step: called after each step with the best scenes so far; False stops.
+
+    Returns:
+        The best scenes seen from each start, and their distance (steps + 1, K) at each step.
+    """
+    mask = torch.tensor(movable, dtype=torch.float32)[None, :, None]
+    pivots = objective.clouds.mean(dim=1)
+    update = torch.zeros(len(start.costs), 2, 6, requires_grad=True)
+    adam = torch.optim.Adam([update], lr=learning_rate)
+    best, history = start, [start.distances]
+    for step in range(1, steps + 1):
+        for group in adam.param_groups:
+            progress = (step - 1) / max(steps, 1)
+            group['lr'] = learning_rate * (0.55 + 0.45 * math.cos(math.pi * progress))
+        rotations, translations = _updated(start, update * mask, pivots, objective.extent)
+        distances = objective.distances(rotations, translations)
+        costs = distances + objective.penalties(rotations, translations)
+        adam.zero_grad(set_to_none=True)
+        torch.autograd.backward(costs.sum())
+        if update.grad is not None:
+            torch.nan_to_num_(update.grad, nan=0.0, posinf=0.0, neginf=0.0)
+        adam.step()
+        now = PoseBatch(
+            rotations.detach(), translations.detach(), distances.detach(), costs.detach()
+        )
+        best = _better(best, now)
+        history.append(now.distances)
+        if on_step is not None and not on_step(step, best):
+            break
+    return best, torch.stack(history)
+
+
+def _updated(
+    start: PoseBatch, update: Tensor, pivots: Tensor, extent: float
+) -> tuple[Tensor, Tensor]:
+    """Poses (K, 2, 3, 3), (K, 2, 3) after a tangent update (K, 2, 6)."""
+    turn = roma.rotvec_to_rotmat(update[..., 3:])
+    world_pivots = (start.rotations @ pivots[None, :, :, None])[..., 0] + start.translations
+    rotations = turn @ start.rotations
+    arm = start.translations - world_pivots
+    translations = (turn @ arm[..., None])[..., 0] + world_pivots + update[..., :3] * extent
+    return rotations, translations
+
+
+def _better(first: PoseBatch, second: PoseBatch) -> PoseBatch:
+    wins = second.costs < first.costs
+    return PoseBatch(
+        torch.where(wins[:, None, None, None], second.rotations, first.rotations),
+        torch.where(wins[:, None, None], second.translations, first.translations),
+        torch.where(wins, second.distances, first.distances),
+        torch.where(wins, second.costs, first.costs),
+    )

@@ -1,0 +1,98 @@
+"""What an imitation returns."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from spatial_relations_ros.core import Pose, Scene
+
+
+@dataclass(frozen=True)
+class ObjectPlacement:
+    """Where one test object should go.
+
+    Attributes:
+        object_id: of the object.
+        current: world_from_object before.
+        target: world_from_object that imitates the demonstration.
+        approach: pre-place pose, above the target.
+        reachable: whether an arm can reach it; True while no arm is described.
+        penetration: deepest overlap with the other object or the table, metres.
+        supported: whether contacts below carry its centre of mass.
+    """
+
+    object_id: str
+    current: Pose
+    target: Pose
+    approach: Pose
+    reachable: bool
+    penetration: float
+    supported: bool
+
+
+@dataclass(frozen=True)
+class ImitationAnswer:
+    """One way to imitate the demonstration.
+
+    Attributes:
+        placements: of base and relative.
+        distance: to the demonstration under the metric.
+        confidence: exp(-distance^2), 1 for an equal relation; not calibrated.
+        feasible: whether nothing is violated.
+        violations: what is, in words.
+    """
+
+    placements: tuple[ObjectPlacement, ObjectPlacement]
+    distance: float
+    confidence: float
+    feasible: bool
+    violations: tuple[str, ...]
+
+    def scene(self, test: Scene) -> Scene:
+        """The test scene with the objects at this answer's poses."""
+        base, relative = self.placements
+        return test.with_poses(base.target, relative.target)
+
+
+@dataclass(frozen=True, eq=False)
+class ImitationResult:
+    """Outcome of one imitation.
+
+    Attributes:
+        success: whether an answer is feasible and nearer to the demonstration than the test
+            scene was.
+        message: why not, in words a person can act on; otherwise a summary.
+        answers: best first; not empty unless the request was cancelled at once.
+        distance_history: (S,) distance of the best answer's run at each step; the first is the
+            test scene as it stands.
+        initial_distance: distance of the test scene as it stands.
+        duration_sec: wall time.
+        num_steps: optimiser steps of the refinement.
+        cancelled: whether the caller asked to stop.
+    """
+
+    success: bool
+    message: str
+    answers: tuple[ImitationAnswer, ...]
+    distance_history: NDArray[np.float32]
+    initial_distance: float
+    duration_sec: float
+    num_steps: int
+    cancelled: bool = False
+
+
+@dataclass(frozen=True)
+class ImitationProgress:
+    """Where a running imitation stands; ``best`` is the best answer so far."""
+
+    step: int
+    distance: float
+    feasible: bool
+    best: ImitationAnswer
+
+
+ProgressCallback = Callable[[ImitationProgress], bool]
