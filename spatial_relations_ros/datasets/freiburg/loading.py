@@ -1,0 +1,168 @@
+"""Reading a dataset folder."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+
+from spatial_relations_ros.core import CloudFormatError, DatasetFormatError
+from spatial_relations_ros.datasets.freiburg.dataset import (
+    RelationDataset,
+    RelationScene,
+    Split,
+)
+from spatial_relations_ros.datasets.freiburg.lines import (
+    SceneLine,
+    read_labels,
+    read_scene_lines,
+    read_scene_names,
+)
+from spatial_relations_ros.datasets.object_files import (
+    MODEL_SUFFIXES,
+    PAPER_CLOUD_ENDING,
+    load_object_model,
+)
+
+SCENES_FILE = 'scenes.txt'
+LABELS_FILE = 'labels.tsv'
+SPLITS_FOLDER = 'cross_validation_splits'
+OBJECT_SPLITS_FOLDER = 'object_splits'
+
+
+def load_dataset(folder: Path | str) -> RelationDataset:
+    """Reads a folder in the paper's format, the authors' data or generated.
+
+    Needs ``scenes.txt`` and, anywhere below the folder, a cloud or mesh of each object
+    (``<object>_uniform_leafzise_0.001.pcd``, ``<object>.pcd``, or ply, obj, stl, off).
+    ``labels.tsv`` and the split folders are read where they are.
+
+    Raises:
+        DatasetFormatError: with file and line, for anything missing or malformed.
+    """
+    folder = Path(folder)
+    if not folder.is_dir():
+        raise DatasetFormatError(f'{folder} is not a folder')
+    scenes_path = folder / SCENES_FILE
+    if not scenes_path.is_file():
+        there = ', '.join(sorted(path.name for path in folder.iterdir())[:12]) or 'nothing'
+        raise DatasetFormatError(f'{folder} holds no {SCENES_FILE}; there is {there}')
+    lines = read_scene_lines(scenes_path)
+    labels_path = folder / LABELS_FILE
+    labels = read_labels(labels_path) if labels_path.is_file() else {}
+    cloud_files, mesh_files = _model_files(folder)
+    known = set(cloud_files) | set(mesh_files)
+    scenes = []
+    for line in lines:
+        base_id, relative_id = _object_ids(line, known, scenes_path)
+        scenes.append(
+            RelationScene(
+                line.name,
+                base_id,
+                relative_id,
+                line.world_from_base,
+                line.world_from_relative,
+                labels.get(line.name),
+            )
+        )
+    names = {scene.name for scene in scenes}
+    unknown = sorted(set(labels) - names)
+    if unknown:
+        raise DatasetFormatError(
+            f'{labels_path}: labels a scene {unknown[0]!r} that {SCENES_FILE} does not hold'
+        )
+    used = {name for scene in scenes for name in (scene.base_id, scene.relative_id)}
+    return _with_models(folder, scenes, sorted(used), cloud_files, mesh_files)
+
+
+def _with_models(
+    folder: Path,
+    scenes: list[RelationScene],
+    object_ids: list[str],
+    cloud_files: Mapping[str, Path],
+    mesh_files: Mapping[str, Path],
+) -> RelationDataset:
+    clouds, meshes = {}, {}
+    for object_id in object_ids:
+        try:
+            if object_id in mesh_files:
+                mesh, clouds[object_id] = load_object_model(mesh_files[object_id])
+                if mesh is not None:
+                    meshes[object_id] = mesh
+            if object_id in cloud_files:
+                _, clouds[object_id] = load_object_model(cloud_files[object_id])
+        except CloudFormatError as error:
+            raise DatasetFormatError(f'object {object_id}: {error}') from error
+    names = {scene.name for scene in scenes}
+    return RelationDataset(
+        clouds,
+        tuple(scenes),
+        _read_splits(folder / SPLITS_FOLDER, names),
+        _read_splits(folder / OBJECT_SPLITS_FOLDER, names),
+        meshes,
+    )
+
+
+def _model_files(folder: Path) -> tuple[dict[str, Path], dict[str, Path]]:
+    """Clouds and meshes below a folder, by object name."""
+    clouds: dict[str, Path] = {}
+    meshes: dict[str, Path] = {}
+    for path in sorted(folder.rglob('*')):
+        if path.suffix.lower() not in MODEL_SUFFIXES or not path.is_file():
+            continue
+        name = path.stem.removesuffix(PAPER_CLOUD_ENDING)
+        files = clouds if path.suffix.lower() == '.pcd' else meshes
+        # The cloud made for the paper comes before other clouds of the object.
+        if name not in files or path.stem.endswith(PAPER_CLOUD_ENDING):
+            files[name] = path
+    return clouds, meshes
+
+
+def _object_ids(line: SceneLine, known: set[str], path: Path) -> tuple[str, str]:
+    """The two objects of a scene name; names may hold underscores themselves."""
+    words = line.name.split('_')[:-1]
+    pairs = [('_'.join(words[:cut]), '_'.join(words[cut:])) for cut in range(1, len(words))]
+    found = [pair for pair in pairs if set(pair) <= known]
+    where = f'{path}:{line.line_number}'
+    if not found:
+        missing = sorted({name for pair in pairs for name in pair} - known)
+        raise DatasetFormatError(
+            f'{where}: scene {line.name} has no cloud of {" or ".join(missing)} below '
+            f'{path.parent}; expected {missing[0]}{PAPER_CLOUD_ENDING}.pcd, {missing[0]}.pcd or a '
+            f'mesh ({len(known)} objects found)'
+        )
+    if len(found) > 1:
+        raise DatasetFormatError(f'{where}: {line.name} can be read as any of {found}')
+    if found[0][0] == found[0][1]:
+        raise DatasetFormatError(f'{where}: {line.name} names the same object twice')
+    return found[0]
+
+
+def _read_splits(folder: Path, names: set[str]) -> tuple[Split, ...]:
+    if not folder.is_dir():
+        return ()
+    numbers = sorted(
+        int(match.group(1))
+        for path in folder.iterdir()
+        if (match := re.fullmatch(r'split(\d+)_train\.txt', path.name))
+    )
+    if not numbers:
+        raise DatasetFormatError(f'{folder} holds no split<k>_train.txt')
+    return tuple(
+        Split(
+            f'split{number}',
+            _split_part(folder / f'split{number}_train.txt', names),
+            _split_part(folder / f'split{number}_test.txt', names),
+        )
+        for number in numbers
+    )
+
+
+def _split_part(path: Path, names: Iterable[str]) -> tuple[str, ...]:
+    part = read_scene_names(path)
+    for number, name in part:
+        if name not in names:
+            raise DatasetFormatError(
+                f'{path}:{number}: scene {name!r} is not in {SCENES_FILE}'
+            )
+    return tuple(name for _, name in part)

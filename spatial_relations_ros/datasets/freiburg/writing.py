@@ -1,0 +1,65 @@
+"""Writing a dataset folder."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from pathlib import Path
+
+from spatial_relations_ros.core import atomic_write
+from spatial_relations_ros.datasets.freiburg.dataset import RelationDataset, Split
+from spatial_relations_ros.datasets.freiburg.lines import format_scene_line
+from spatial_relations_ros.datasets.freiburg.loading import (
+    LABELS_FILE,
+    OBJECT_SPLITS_FOLDER,
+    SCENES_FILE,
+    SPLITS_FOLDER,
+)
+from spatial_relations_ros.datasets.object_files import (
+    PAPER_CLOUD_ENDING,
+    save_cloud,
+    save_mesh,
+)
+
+SCENES_HEADER = 'name;translation of object 2;q_wxyz of object 2;q_wxyz of object 1 (optional)'
+LABELS_HEADER = 'name\tlabel'
+
+
+def write_dataset(folder: Path | str, dataset: RelationDataset) -> None:
+    """Writes a dataset in the paper's folder format; ``load_dataset`` reads it back.
+
+    Clouds go to ``pointclouds/``, meshes to ``meshes/``. Translations are written relative to
+    object 1, as the format has it.
+    """
+    folder = Path(folder)
+    for object_id, points in dataset.clouds.items():
+        save_cloud(folder / 'pointclouds' / f'{object_id}{PAPER_CLOUD_ENDING}.pcd', points)
+    for object_id, mesh in dataset.meshes.items():
+        save_mesh(folder / 'meshes' / f'{object_id}.ply', mesh)
+    write_lines(
+        folder / SCENES_FILE,
+        [SCENES_HEADER]
+        + [
+            format_scene_line(scene.name, scene.world_from_base, scene.world_from_relative)
+            for scene in dataset.scenes
+        ],
+    )
+    labelled = [scene for scene in dataset.scenes if scene.label is not None]
+    if labelled:
+        write_lines(
+            folder / LABELS_FILE,
+            [LABELS_HEADER] + [f'{s.name}\t{int(s.label)}' for s in labelled if s.label is not None],
+        )
+    _write_splits(folder / SPLITS_FOLDER, dataset.splits)
+    _write_splits(folder / OBJECT_SPLITS_FOLDER, dataset.object_splits)
+
+
+def _write_splits(folder: Path, splits: Iterable[Split]) -> None:
+    for number, split in enumerate(splits, start=1):
+        write_lines(folder / f'split{number}_train.txt', split.train)
+        write_lines(folder / f'split{number}_test.txt', split.test)
+
+
+def write_lines(path: Path, lines: Iterable[str]) -> None:
+    """Writes a text file, each line ended."""
+    with atomic_write(path) as temporary:
+        temporary.write_text(''.join(f'{line}\n' for line in lines), encoding='utf-8')

@@ -1,0 +1,17 @@
+"""Physically plausible scenes of the seven relations."""
+
+from spatial_relations_ros.datasets.generator.body import Body, Placed
+from spatial_relations_ros.datasets.generator.checks import Measured, measure
+from spatial_relations_ros.datasets.generator.scenes import GeneratedScene, sample_scene
+from spatial_relations_ros.datasets.generator.writing import generate_dataset, generate_objects
+
+__all__ = [
+    'Body',
+    'GeneratedScene',
+    'Measured',
+    'Placed',
+    'generate_dataset',
+    'generate_objects',
+    'measure',
+    'sample_scene',
+]

@@ -1,0 +1,120 @@
+"""Contacts between two placed bodies: first contact along a direction, clearance, touching points."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from spatial_relations_ros.datasets.generator.body import FloatArray, Placed
+
+CONTACT_GAP = 0.001
+MAX_PENETRATION = 0.001
+
+
+@dataclass(frozen=True, eq=False)
+class Contacts:
+    """Places where two bodies touch.
+
+    Attributes:
+        points: (C, 3) world frame.
+        normals: (C, 3) world frame, unit, pointing from the first body into the second.
+    """
+
+    points: FloatArray
+    normals: FloatArray
+
+    def __len__(self) -> int:
+        return len(self.points)
+
+
+def travel_to_contact(moving: Placed, fixed: Placed, direction: FloatArray) -> float:
+    """How far a body can be shifted along a unit direction (3,) until it first touches another.
+
+    Metres; infinite when it passes. The bodies must be apart at the start. Exact where a vertex
+    or sampled edge point meets a face.
+    """
+    return first_contact(moving, fixed, direction)[0]
+
+
+def first_contact(
+    moving: Placed, fixed: Placed, direction: FloatArray
+) -> tuple[float, FloatArray]:
+    """The distance of ``travel_to_contact``, and where it touches (3,) after the shift."""
+    forwards, source = _first_hit(moving, fixed, direction)
+    backwards, met = _first_hit(fixed, moving, -direction)
+    if forwards <= backwards:
+        return forwards, source + forwards * direction if np.isfinite(forwards) else source
+    return backwards, met
+
+
+def _first_hit(
+    source: Placed, target: Placed, direction: FloatArray
+) -> tuple[float, FloatArray]:
+    """Shortest ray from the source's points to the target, and the point it starts at."""
+    points = source.world_points()
+    rays = np.empty((len(points), 6), dtype=np.float32)
+    rays[:, :3] = target.to_object(points)
+    rays[:, 3:] = target.rotation.T @ direction
+    hits = target.body.surface.cast_rays(rays)['t_hit'].numpy()
+    nearest = int(hits.argmin())
+    return float(hits[nearest]), points[nearest]
+
+
+def clearance(first: Placed, second: Placed) -> float:
+    """Smallest signed distance of either body's points to the other; negative in penetration."""
+    gaps = []
+    for source, target in ((first, second), (second, first)):
+        points = source.world_points()
+        reach = target.body.radius + 0.01
+        near = np.linalg.norm(points - target.translation, axis=1) < reach
+        if near.any():
+            gaps.append(float(signed_distance(target, points[near]).min()))
+    return min(gaps) if gaps else np.inf
+
+
+def signed_distance(target: Placed, points: FloatArray) -> NDArray[np.float32]:
+    """Signed distances (P,) of world points to a body's surface, metres, negative inside."""
+    distances: NDArray[np.float32] = target.body.surface.compute_signed_distance(
+        target.to_object(points)
+    ).numpy()
+    return distances
+
+
+def find_contacts(first: Placed, second: Placed, *, gap: float = CONTACT_GAP) -> Contacts:
+    """Points where two bodies are closer than ``gap`` metres, with the contact's normal.
+
+    The normal is that of a face: of the other body where an edge or vertex touches it, of both
+    where two faces lie on each other.
+    """
+    points_1, normals_1 = _touching(second, first, gap)
+    points_2, normals_2 = _touching(first, second, gap)
+    return Contacts(
+        np.concatenate([points_1, points_2]), np.concatenate([normals_1, -normals_2])
+    )
+
+
+def _touching(source: Placed, target: Placed, gap: float) -> tuple[FloatArray, FloatArray]:
+    """Points of ``source`` on ``target`` and the target's outward normals there."""
+    points, normals = source.world_points(), source.world_normals()
+    is_feature = np.arange(len(points)) < source.body.num_features
+    near = np.linalg.norm(points - target.translation, axis=1) < target.body.radius + gap
+    points, normals, is_feature = points[near], normals[near], is_feature[near]
+    if not len(points):
+        return np.zeros((0, 3)), np.zeros((0, 3))
+    query = target.to_object(points)
+    closest = target.body.surface.compute_closest_points(query)
+    distance = np.linalg.norm(closest['points'].numpy() - query, axis=1)
+    face_normals = closest['primitive_normals'].numpy() @ target.rotation.T
+    facing = -np.einsum('ij,ij->i', face_normals, normals)
+    # An edge's normal is a mean of faces, hence the wider cone for features.
+    kept = (distance < gap) & (facing > np.where(is_feature, 0.35, 0.85))
+    return points[kept], face_normals[kept]
+
+
+def table_contacts(placed: Placed, *, gap: float = CONTACT_GAP) -> Contacts:
+    """Points of a body that stand on the table z = 0; normals point up, into the body."""
+    points = placed.world_vertices()
+    points = points[points[:, 2] < gap]
+    return Contacts(points, np.tile([0.0, 0.0, 1.0], (len(points), 1)))

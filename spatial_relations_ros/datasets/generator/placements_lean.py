@@ -1,0 +1,137 @@
+"""Scenes in which the relative leans: on the base's side, or in it on its rim."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from spatial_relations_ros.datasets.generator.body import Body, FloatArray, Placed
+from spatial_relations_ros.datasets.generator.contact import first_contact
+from spatial_relations_ros.datasets.generator.placements_on import Pair
+from spatial_relations_ros.datasets.generator.resting import (
+    ANY_WAY_UP,
+    DOWN,
+    UPRIGHT_ONLY,
+    about_axis,
+    above,
+    centred,
+    faced,
+    half_width,
+    pushed,
+    random_direction,
+    rest_on_table,
+    side_direction,
+)
+
+_NUM_DROPS = 9
+_FOOT_HEIGHT = 0.02
+
+
+def place_inclined(base: Body, relative: Body, rng: np.random.Generator) -> Pair | str:
+    """One edge of the relative stands on the table, the other end lies against the base."""
+    fixed = rest_on_table(base, ANY_WAY_UP, rng)
+    standing = rest_on_table(relative, ANY_WAY_UP, rng)
+    if fixed is None or standing is None:
+        return 'no rest pose'
+    direction = side_direction(fixed, rng)
+    if rng.random() < 0.75:
+        standing = faced(standing, direction, rng)
+    tilted = tilt(standing, direction, _lean_angle(standing, direction, rng))
+    tilted = centred(tilted, np.zeros(3), bottom=0.0)
+    vertices = tilted.world_vertices()
+    foot = vertices[vertices[:, 2].argmin()] @ direction
+    if tilted.centre_of_mass() @ direction < foot + 0.003:
+        return 'falls away from the base'
+    sideways = np.array([-direction[1], direction[0], 0.0])
+    lateral = rng.uniform(-0.45, 0.45) * half_width(fixed, sideways)
+    if rng.random() < 0.5:
+        lateral *= 0.1  # against the middle: the only way with round bases
+    start = -direction * (base.radius + relative.radius + 0.05) + sideways * lateral
+    touching = pushed(tilted.moved(start), fixed, direction)
+    if touching is None:
+        return 'passes the base'
+    return fixed, touching
+
+
+def _lean_angle(
+    standing: Placed, direction: FloatArray, rng: np.random.Generator
+) -> float:
+    """Signed tilt: positive turns the top towards the base, negative lifts the near side."""
+    height = float(standing.world_vertices()[:, 2].max())
+    width = 2.0 * half_width(standing, direction)
+    if height < 0.8 * width or (height < 1.2 * width and rng.random() < 0.5):
+        return -float(np.deg2rad(rng.uniform(10.0, 75.0)))
+    return float(np.deg2rad(rng.uniform(8.0, 55.0)))
+
+
+def tilt(placed: Placed, direction: FloatArray, angle_rad: float) -> Placed:
+    """Turns a body's top towards a horizontal direction (3,)."""
+    axis = np.array([-direction[1], direction[0], 0.0])
+    return placed.turned(about_axis(axis, angle_rad))
+
+
+def place_inside_inclined(base: Body, relative: Body, rng: np.random.Generator) -> Pair | str:
+    """A long relative stands in an upright container and leans on its rim or wall."""
+    opening = base.model.opening
+    if opening is None or not base.model.is_container:
+        return 'base holds nothing'
+    fixed = rest_on_table(base, UPRIGHT_ONLY, rng)
+    standing = rest_on_table(relative, ANY_WAY_UP, rng)
+    if fixed is None or standing is None:
+        return 'no rest pose'
+    direction = random_direction(rng) if opening.is_round else side_direction(fixed, rng)
+    if rng.random() < 0.75:
+        standing = faced(standing, direction, rng)
+    angle = float(np.deg2rad(rng.uniform(8.0, 60.0)))
+    tilted = tilt(standing, direction, angle)
+    # What is below the rim when the lowest point is on the floor must fit through the opening.
+    vertices = tilted.world_vertices()
+    sunk = vertices[vertices[:, 2] < vertices[:, 2].min() + opening.depth]
+    if np.ptp(sunk @ direction) > 2.1 * max(opening.rim_half_size):
+        return 'does not fit'
+    if float(np.ptp(vertices[:, 2])) < opening.depth + 0.008:
+        return 'below the rim'
+    centre = fixed.rotation @ [*opening.centre, 0.0] + fixed.translation
+    return _slide_to_rim(fixed, tilted, direction, centre=centre)
+
+
+def _slide_to_rim(
+    fixed: Placed, tilted: Placed, direction: FloatArray, *, centre: FloatArray
+) -> Pair | str:
+    """Finds where a tilted body touches with its foot and with its upper part at once.
+
+    Dropped near the far wall it lands on its foot; dropped further along the direction it lands
+    on the rim. Between the two places it leans: found by bisection.
+    """
+    reach = half_width(fixed, direction)
+    start = above(tilted, fixed, centre)
+    vertices = start.world_vertices()
+    foot = vertices[vertices[:, 2].argmin()]
+    start = start.moved(-((foot - centre) @ direction) * direction)
+    on_foot = None
+    step = 2.0 * reach / _NUM_DROPS
+    for shift in np.arange(_NUM_DROPS) * step - reach:
+        landed, lands_on_foot = _drop(start.moved(shift * direction), fixed)
+        if lands_on_foot:
+            on_foot = shift
+        elif on_foot is not None:
+            break
+    else:
+        return 'does not reach the floor' if on_foot is None else 'passes over the rim'
+    too_far = on_foot + step
+    while too_far - on_foot > 3e-4:
+        middle = 0.5 * (on_foot + too_far)
+        if _drop(start.moved(middle * direction), fixed)[1]:
+            on_foot = middle
+        else:
+            too_far = middle
+    landed, _ = _drop(start.moved(on_foot * direction), fixed)
+    return fixed, landed
+
+
+def _drop(moving: Placed, fixed: Placed) -> tuple[Placed, bool]:
+    """Lowers a body until it touches, and whether it touches with its lowest part."""
+    travel, point = first_contact(moving, fixed, DOWN)
+    to_table = float(moving.world_vertices()[:, 2].min())
+    landed = moving.moved(DOWN * min(travel, to_table))
+    lowest = to_table - min(travel, to_table)
+    return landed, travel <= to_table and point[2] < lowest + _FOOT_HEIGHT

@@ -1,0 +1,108 @@
+"""Drawing a scene of a wanted relation from a set of bodies."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from spatial_relations_ros.core import Relation, SpatialRelationsError
+from spatial_relations_ros.datasets.generator.body import Body
+from spatial_relations_ros.datasets.generator.checks import Measured, measure
+from spatial_relations_ros.datasets.generator.placements_inside import (
+    place_inside,
+    place_inside_lying,
+)
+from spatial_relations_ros.datasets.generator.placements_lean import (
+    place_inclined,
+    place_inside_inclined,
+)
+from spatial_relations_ros.datasets.generator.placements_on import (
+    Pair,
+    place_next_to,
+    place_on_edge,
+    place_on_top,
+)
+from spatial_relations_ros.datasets.generator.resting import about_z
+
+MAX_ATTEMPTS = 3000
+
+_PLACEMENTS: dict[Relation, Callable[[Body, Body, np.random.Generator], Pair | str]] = {
+    Relation.ON_TOP: place_on_top,
+    Relation.INSIDE: place_inside,
+    Relation.NEXT_TO: place_next_to,
+    Relation.INCLINED: place_inclined,
+    Relation.ON_TOP_EDGE: place_on_edge,
+    Relation.INSIDE_LYING: place_inside_lying,
+    Relation.INSIDE_INCLINED: place_inside_inclined,
+}
+_IN_CONTAINER = (Relation.INSIDE, Relation.INSIDE_LYING, Relation.INSIDE_INCLINED)
+
+
+@dataclass(frozen=True, eq=False)
+class GeneratedScene:
+    """A scene and how many candidates were refused before it, by reason."""
+
+    relation: Relation
+    measured: Measured
+    rejected: Counter[str] = field(default_factory=Counter)
+
+
+def sample_scene(
+    relation: Relation, bodies: Sequence[Body], rng: np.random.Generator
+) -> GeneratedScene:
+    """Draws pairs and placements until one is at rest in the relation.
+
+    The base's origin is at x = y = 0, the table at z = 0, the heading of the whole is random.
+
+    Raises:
+        SpatialRelationsError: when the bodies cannot be brought into the relation.
+    """
+    rejected: Counter[str] = Counter()
+    pairs = _pairs(relation, bodies)
+    if not pairs:
+        raise SpatialRelationsError(
+            f'no two of {[body.model.name for body in bodies]} can be {relation.description}'
+        )
+    for _ in range(MAX_ATTEMPTS):
+        base, relatives = pairs[int(rng.integers(len(pairs)))]
+        relative = relatives[int(rng.integers(len(relatives)))]
+        result = _PLACEMENTS[relation](base, relative, rng)
+        if not isinstance(result, str):
+            turn = about_z(rng.uniform(0.0, 2.0 * np.pi))
+            shift = -turn @ result[0].translation * [1.0, 1.0, 0.0]
+            placed = [body.turned(turn).moved(shift) for body in result]
+            measured = measure(relation, placed[0], placed[1])
+            if isinstance(measured, Measured):
+                return GeneratedScene(relation, measured, rejected)
+            result = measured
+        rejected[result] += 1
+    raise SpatialRelationsError(
+        f'no scene {relation.description!r} in {MAX_ATTEMPTS} attempts; refused: '
+        f'{dict(rejected)}'
+    )
+
+
+def _pairs(relation: Relation, bodies: Sequence[Body]) -> list[tuple[Body, list[Body]]]:
+    """Bases with the relatives that come into question by their sizes."""
+    pairs = []
+    for base in bodies:
+        relatives = [
+            body
+            for body in bodies
+            if body is not base and (relation not in _IN_CONTAINER or _could_hold(base, body))
+        ]
+        if relatives:
+            pairs.append((base, relatives))
+    return pairs
+
+
+def _could_hold(base: Body, relative: Body) -> bool:
+    """Whether a relative's smallest section is smaller than a container's opening."""
+    opening = base.model.opening
+    if opening is None or not base.model.is_container:
+        return False
+    section = np.sort(relative.model.half_extents)[:2]
+    return bool((section < np.sort(opening.rim_half_size)).all())

@@ -1,0 +1,107 @@
+"""Whether bodies at rest stay at rest: static equilibrium with Coulomb friction."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.optimize import nnls
+
+from spatial_relations_ros.datasets.generator.body import FloatArray, Placed
+from spatial_relations_ros.datasets.generator.contact import (
+    Contacts,
+    find_contacts,
+    table_contacts,
+)
+
+FRICTION = 0.5
+_LEVER = 0.1
+_MAX_CONTACTS = 28
+_RESIDUAL = 0.02
+
+
+@dataclass(frozen=True, eq=False)
+class RestingContacts:
+    """All contacts of a scene on the table z = 0."""
+
+    base_table: Contacts
+    relative_table: Contacts
+    base_relative: Contacts
+
+
+def resting_contacts(base: Placed, relative: Placed) -> RestingContacts:
+    """Finds the contacts between base, relative and table."""
+    return RestingContacts(
+        table_contacts(base), table_contacts(relative), find_contacts(base, relative)
+    )
+
+
+def equilibrium_residual(
+    base: Placed, relative: Placed, contacts: RestingContacts, *, friction: float = FRICTION
+) -> float:
+    """How far the scene is from static equilibrium; 0 is at rest, 1 is free fall.
+
+    Looks for contact forces within (linearised) friction cones that balance the weights of both
+    bodies: non-negative least squares on the two force and torque balances, torques about each
+    centre of mass divided by 0.1 m. The result is the residual's share of the weights.
+    """
+    bodies = (base, relative)
+    centres = [body.centre_of_mass() for body in bodies]
+    masses = np.array([body.body.model.mass_properties.mass for body in bodies])
+    columns = [
+        _wrenches(contacts.base_table, centres, (1.0, 0.0), friction),
+        _wrenches(contacts.relative_table, centres, (0.0, 1.0), friction),
+        _wrenches(contacts.base_relative, centres, (-1.0, 1.0), friction),
+    ]
+    matrix = np.concatenate(columns, axis=1)
+    if matrix.shape[1] == 0:
+        return 1.0
+    # Each body's rows are divided by its own weight, so that a light one counts as much.
+    matrix[:6] /= masses[0]
+    matrix[6:] /= masses[1]
+    target = np.zeros(12)
+    target[[2, 8]] = 1.0
+    try:
+        _, residual = nnls(matrix, target)
+    except RuntimeError:  # no convergence: take it as unstable
+        return 1.0
+    return float(residual / np.sqrt(2.0))
+
+
+def is_stable(base: Placed, relative: Placed, contacts: RestingContacts) -> bool:
+    """Whether friction of 0.5 can hold both bodies at rest."""
+    return equilibrium_residual(base, relative, contacts) < _RESIDUAL
+
+
+def _wrenches(
+    contacts: Contacts, centres: list[FloatArray], signs: tuple[float, float], friction: float
+) -> FloatArray:
+    picked = _spread(contacts.points)
+    points, normals = contacts.points[picked], contacts.normals[picked]
+    if not len(points):
+        return np.zeros((12, 0))
+    helper = np.where(np.abs(normals[:, :1]) < 0.7, [[1.0, 0.0, 0.0]], [[0.0, 1.0, 0.0]])
+    tangent_1 = np.cross(normals, helper)
+    tangent_1 /= np.linalg.norm(tangent_1, axis=1, keepdims=True)
+    tangent_2 = np.cross(normals, tangent_1)
+    forces = np.concatenate(
+        [normals + friction * t for t in (tangent_1, -tangent_1, tangent_2, -tangent_2)]
+    )
+    points = np.tile(points, (4, 1))
+    rows = []
+    for centre, sign in zip(centres, signs, strict=True):
+        torques = np.cross(points - centre, forces) / _LEVER
+        rows += [sign * forces.T, sign * torques.T]
+    return np.concatenate(rows)
+
+
+def _spread(points: FloatArray) -> np.ndarray:
+    """Indices of at most ``_MAX_CONTACTS`` points: the outermost ones, then an even choice."""
+    if len(points) <= _MAX_CONTACTS:
+        return np.arange(len(points))
+    angles = np.arange(12) * (2.0 * np.pi / 12.0)
+    directions = np.stack([np.cos(angles), np.sin(angles), np.zeros(12)], axis=1)
+    directions = np.concatenate([directions, [[0, 0, 1], [0, 0, -1]]])
+    outermost = (points @ directions.T).argmax(axis=0)
+    rest = np.linspace(0, len(points) - 1, _MAX_CONTACTS - 14).astype(np.int64)
+    return np.unique(np.concatenate([outermost, rest]))

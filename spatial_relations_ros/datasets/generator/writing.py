@@ -1,0 +1,177 @@
+"""Generating a whole dataset in the paper's folder format."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+import numpy as np
+
+from spatial_relations_ros.core import ConfigError, Relation
+from spatial_relations_ros.datasets.freiburg import RelationDataset, RelationScene, write_dataset
+from spatial_relations_ros.datasets.freiburg.writing import write_lines
+from spatial_relations_ros.datasets.generator.body import Body
+from spatial_relations_ros.datasets.generator.checks import overhang
+from spatial_relations_ros.datasets.generator.scenes import GeneratedScene, sample_scene
+from spatial_relations_ros.datasets.generator.splits import (
+    group_of,
+    num_groups,
+    object_splits,
+    scene_splits,
+)
+from spatial_relations_ros.datasets.objects import OBJECT_FAMILIES, ObjectModel, sample_object
+
+NUM_SPLITS = 15
+POINTS_PER_OBJECT = 8192
+_SCENES_STREAM, _OBJECTS_STREAM, _CLOUDS_STREAM, _SPLITS_STREAM = range(4)
+
+OnProgress = Callable[[int, int], None]
+
+
+def generate_objects(num_objects: int, *, seed: int) -> list[ObjectModel]:
+    """Objects spread evenly over the families, named ``<family><number>``."""
+    models = []
+    for idx in range(num_objects):
+        family = OBJECT_FAMILIES[idx % len(OBJECT_FAMILIES)]
+        rng = np.random.default_rng([seed, _OBJECTS_STREAM, idx])
+        models.append(sample_object(family, rng, name=f'{family}{idx // len(OBJECT_FAMILIES)}'))
+    return models
+
+
+def generate_dataset(
+    folder: Path | str,
+    *,
+    num_scenes: int,
+    num_objects: int,
+    seed: int,
+    on_progress: OnProgress | None = None,
+    num_points: int = POINTS_PER_OBJECT,
+) -> None:
+    """Writes a dataset of generated scenes.
+
+    The folder holds ``scenes.txt``, ``labels.tsv``, ``cross_validation_splits/`` and the clouds
+    as the paper's data does; besides ``meshes/<object>.ply``, ``objects.json`` (family and
+    dimensions), ``object_splits/`` (no object of a test scene is in a training scene; made from
+    40 objects up) and ``ground_truth.jsonl`` (how each scene came out). All labels are equally
+    frequent. The same arguments give the same bytes.
+
+    Args:
+        folder: is made; files of the same names are replaced.
+        num_scenes: scenes in all, at least 7.
+        num_objects: objects in all, at least 10, spread evenly over the families. From 40
+            objects up they are dealt to groups and scenes pair objects of the same group, so
+            that splits over objects lose no scene.
+        seed: of everything random.
+        on_progress: called with ``(scenes done, num_scenes)``.
+        num_points: points of each object's cloud, spread evenly over the surface.
+
+    Raises:
+        ConfigError: for numbers that are too small.
+    """
+    if num_scenes < len(Relation) or num_objects < 10 or num_points < 4 or seed < 0:
+        raise ConfigError(
+            f'got {num_scenes} scenes, {num_objects} objects, {num_points} points, seed {seed}; '
+            f'at least {len(Relation)}, 10, 4 and 0 are needed'
+        )
+    folder = Path(folder)
+    models = generate_objects(num_objects, seed=seed)
+    groups = num_groups(num_objects)
+    bodies: list[list[Body]] = [[] for _ in range(groups)]
+    for idx, model in enumerate(models):
+        group = group_of(idx, num_families=len(OBJECT_FAMILIES), groups=groups)
+        bodies[group].append(Body.of(model))
+    generated = []
+    for idx in range(num_scenes):
+        generated.append(_scene_of_index(idx, bodies, seed=seed))
+        if on_progress is not None:
+            on_progress(idx + 1, num_scenes)
+    _write(folder, models, generated, groups=groups, seed=seed, num_points=num_points)
+
+
+def _scene_of_index(idx: int, bodies: Sequence[Sequence[Body]], *, seed: int) -> GeneratedScene:
+    relation = Relation(idx % len(Relation))
+    group = (idx // len(Relation)) % len(bodies)
+    rng = np.random.default_rng([seed, _SCENES_STREAM, idx])
+    return sample_scene(relation, bodies[group], rng)
+
+
+def _write(
+    folder: Path,
+    models: Sequence[ObjectModel],
+    generated: Sequence[GeneratedScene],
+    *,
+    groups: int,
+    seed: int,
+    num_points: int,
+) -> None:
+    scenes = [_relation_scene(idx, scene) for idx, scene in enumerate(generated)]
+    names = [scene.name for scene in scenes]
+    labels = [scene.relation for scene in generated]
+    clouds = {
+        model.name: model.points(
+            num_points, np.random.default_rng([seed, _CLOUDS_STREAM, idx])
+        )
+        for idx, model in enumerate(models)
+    }
+    group_idx = [(idx // len(Relation)) % groups for idx in range(len(scenes))]
+    split_rng = np.random.default_rng([seed, _SPLITS_STREAM])
+    dataset = RelationDataset(
+        clouds,
+        tuple(scenes),
+        scene_splits(names, labels, num_splits=NUM_SPLITS, rng=split_rng),
+        object_splits(names, group_idx, groups=groups, num_splits=NUM_SPLITS),
+        {model.name: model.mesh for model in models},
+    )
+    write_dataset(folder, dataset)
+    described = {
+        model.name: {'family': model.family, 'dimensions': dict(model.dimensions)}
+        for model in models
+    }
+    write_lines(folder / 'objects.json', [json.dumps(described, indent=1, sort_keys=True)])
+    write_lines(
+        folder / 'ground_truth.jsonl',
+        [
+            json.dumps(_ground_truth(name, scene))
+            for name, scene in zip(names, generated, strict=True)
+        ],
+    )
+
+
+def _relation_scene(idx: int, scene: GeneratedScene) -> RelationScene:
+    base, relative = scene.measured.base, scene.measured.relative
+    base_id, relative_id = base.body.model.name, relative.body.model.name
+    return RelationScene(
+        f'{base_id}_{relative_id}_{idx}',
+        base_id,
+        relative_id,
+        base.pose(),
+        relative.pose(),
+        scene.relation,
+    )
+
+
+def _ground_truth(name: str, scene: GeneratedScene) -> dict[str, object]:
+    measured = scene.measured
+    offset = measured.relative.centre_of_mass() - measured.base.centre_of_mass()
+    return {
+        'scene': name,
+        'relation': int(scene.relation),
+        'table_height': round(-float(measured.base.translation[2]), 6),
+        'base_tilt_rad': round(measured.base_tilt_rad, 5),
+        'tilt_rad': round(measured.tilt_rad, 5),
+        'offset': [round(float(value), 5) for value in offset],
+        'overhang': round(overhang(measured.base, measured.relative), 4),
+        'clearance': round(measured.clearance, 5),
+        'contact_points': len(measured.contacts.base_relative),
+        'contact_height': _contact_height(scene),
+        'rejected': dict(sorted(scene.rejected.items())),
+    }
+
+
+def _contact_height(scene: GeneratedScene) -> list[float] | None:
+    """Lowest and highest contact between the objects above the table, metres."""
+    points = scene.measured.contacts.base_relative.points
+    if not len(points):
+        return None
+    return [round(float(points[:, 2].min()), 5), round(float(points[:, 2].max()), 5)]

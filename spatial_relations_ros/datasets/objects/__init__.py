@@ -1,0 +1,70 @@
+"""Parametric household objects: watertight meshes with realistic sizes."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable
+
+import numpy as np
+
+from spatial_relations_ros.core import ConfigError
+from spatial_relations_ros.datasets.objects import packages, vessels
+from spatial_relations_ros.datasets.objects.mass import MassProperties, mass_properties
+from spatial_relations_ros.datasets.objects.model import ObjectModel, Opening
+from spatial_relations_ros.datasets.objects.rest_poses import RestKind, RestPose
+
+__all__ = [
+    'MassProperties',
+    'OBJECT_FAMILIES',
+    'ObjectModel',
+    'Opening',
+    'RestKind',
+    'RestPose',
+    'mass_properties',
+    'sample_object',
+]
+
+_MAKERS: dict[str, Callable[[np.random.Generator], ObjectModel]] = {
+    'basket': packages.make_basket,
+    'book': packages.make_book,
+    'bottle': packages.make_bottle,
+    'bowl': vessels.make_bowl,
+    'box': packages.make_box,
+    'bucket': vessels.make_bucket,
+    'can': packages.make_can,
+    'carton': packages.make_carton,
+    'container': packages.make_container,
+    'cup': vessels.make_cup,
+    'dispenser': packages.make_dispenser,
+    'drawer': packages.make_drawer,
+    'glass': vessels.make_glass,
+    'jar': vessels.make_jar,
+    'mug': vessels.make_mug,
+    'pan': vessels.make_pan,
+    'plate': vessels.make_plate,
+    'pot': vessels.make_pot,
+    'tray': packages.make_tray,
+    'vase': vessels.make_vase,
+}
+
+OBJECT_FAMILIES: tuple[str, ...] = tuple(_MAKERS)
+
+
+def sample_object(family: str, rng: np.random.Generator, *, name: str = '') -> ObjectModel:
+    """Draws an object of a family, with dimensions from realistic ranges.
+
+    Args:
+        family: one of ``OBJECT_FAMILIES``.
+        rng: source of the dimensions; the same state gives the same object.
+        name: the object's name; the family when left out.
+
+    Raises:
+        ConfigError: for a family that does not exist.
+    """
+    try:
+        maker = _MAKERS[family]
+    except KeyError:
+        raise ConfigError(
+            f'no object family {family!r}; there are {", ".join(OBJECT_FAMILIES)}'
+        ) from None
+    return dataclasses.replace(maker(rng), name=name or family)
