@@ -40,6 +40,14 @@ class UnknownRelationError(SpatialRelationsError):
     """A remembered relation's name that is not stored."""
 
 
+class RelationExistsError(SpatialRelationsError):
+    """A relation that is already remembered under that name."""
+
+
+class MemoryFileError(SpatialRelationsError):
+    """A file of remembered relations that cannot be opened, read or written."""
+
+
 class FrameTransformError(SpatialRelationsError):
     """A transform between two frames that is not known at the asked time."""
 

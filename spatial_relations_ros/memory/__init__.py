@@ -1,1 +1,17 @@
-"""Remembered relations; no ROS."""
+"""Relations remembered under names, and the most alike among them; no ROS."""
+
+from spatial_relations_ros.memory.neighbours import Neighbour
+from spatial_relations_ros.memory.relation_memory import (
+    Embed,
+    RelationMemory,
+    RememberedRelation,
+)
+from spatial_relations_ros.memory.schema import default_memory_path
+
+__all__ = [
+    'Embed',
+    'Neighbour',
+    'RelationMemory',
+    'RememberedRelation',
+    'default_memory_path',
+]

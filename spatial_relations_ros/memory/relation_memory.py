@@ -1,0 +1,279 @@
+"""Remembered relations: demonstrated scenes under names, found again by their embedding."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from types import TracebackType
+
+import numpy as np
+from numpy.typing import NDArray
+
+from spatial_relations_ros.core import (
+    ConfigError,
+    RelationExistsError,
+    Scene,
+    UnknownRelationError,
+    WeightsError,
+)
+from spatial_relations_ros.memory.neighbours import EmbeddingIndex, Neighbour, checked_embedding
+from spatial_relations_ros.memory.scene_rows import insert_objects, read_scene
+from spatial_relations_ros.memory.schema import (
+    default_memory_path,
+    explained,
+    open_database,
+    snapshot,
+    transaction,
+)
+
+Embed = Callable[[Sequence[Scene]], NDArray[np.float32]]
+"""Embeddings (B, D) of scenes, as ``RelationMetric.embed_scenes``."""
+
+EMBED_BATCH = 64
+MAX_NAME_LENGTH = 200
+
+
+@dataclass(frozen=True)
+class RememberedRelation:
+    """What is known of a remembered relation without reading its clouds.
+
+    Attributes:
+        name: unique.
+        base_id: object id of the base.
+        relative_id: object id of the relative.
+        stamp_ns: time of the scene, nanoseconds.
+        frame_id: the scene's world frame.
+        model_hash: of the model that embedded it.
+    """
+
+    name: str
+    base_id: str
+    relative_id: str
+    stamp_ns: int
+    frame_id: str
+    model_hash: str
+
+
+class RelationMemory:
+    """Demonstrated relations in one SQLite file.
+
+    Several processes may use the file at once; a killed process leaves the last complete state.
+    An object may be used from several threads, each call runs alone.
+
+    Args:
+        path: the file; made when missing. Below XDG_DATA_HOME by default.
+
+    Raises:
+        MemoryFileError: from here and every method, when the file cannot be opened, read or
+            written; a failed write changes nothing.
+    """
+
+    def __init__(self, path: Path | str | None = None) -> None:
+        self.path = default_memory_path() if path is None else Path(path)
+        self._lock = threading.RLock()
+        self._connection = open_database(self.path)
+        self._own_writes = 0
+        self._index_key: tuple[str, tuple[int, int]] | None = None
+        self._index: EmbeddingIndex | None = None
+
+    def close(self) -> None:
+        """Closes the file; the object cannot be used afterwards."""
+        with self._lock:
+            self._connection.close()
+
+    def __enter__(self) -> RelationMemory:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self.close()
+
+    def remember(
+        self,
+        name: str,
+        scene: Scene,
+        embedding: NDArray[np.floating],
+        model_hash: str,
+        *,
+        replace: bool = False,
+    ) -> None:
+        """Stores a relation; a name that is taken is refused unless ``replace``.
+
+        Args:
+            name: not empty, at most 200 characters, without surrounding spaces.
+            scene: the demonstration; clouds, poses and meshes are kept exactly.
+            embedding: (D,) of the scene.
+            model_hash: of the model that made it.
+            replace: whether a relation of that name is replaced.
+
+        Raises:
+            RelationExistsError: when the name is taken and not to be replaced.
+            ConfigError: for a name or an embedding that cannot be stored.
+        """
+        if not name or name != name.strip() or len(name) > MAX_NAME_LENGTH:
+            raise ConfigError(
+                f'{name!r} is no name for a relation; give 1 to {MAX_NAME_LENGTH} characters '
+                'without surrounding spaces'
+            )
+        vector = checked_embedding(embedding)
+        with self._lock, explained(self.path), transaction(self._connection):
+            taken = self._connection.execute(
+                'SELECT 1 FROM relations WHERE name = ?', (name,)
+            ).fetchone()
+            if taken and not replace:
+                raise RelationExistsError(
+                    f'a relation {name!r} is remembered already; choose another name, replace '
+                    'it or forget it first'
+                )
+            self._connection.execute('DELETE FROM relations WHERE name = ?', (name,))
+            row = self._connection.execute(
+                'INSERT INTO relations (name, frame_id, stamp_ns, model_hash, embedding) '
+                'VALUES (?, ?, ?, ?, ?)',
+                (name, scene.frame_id, scene.stamp_ns, model_hash, vector.tobytes()),
+            )
+            insert_objects(self._connection, int(row.lastrowid or 0), scene)
+            self._own_writes += 1
+
+    def forget(self, name: str) -> None:
+        """Removes a relation.
+
+        Raises:
+            UnknownRelationError: when there is none of that name.
+        """
+        with self._lock, explained(self.path), transaction(self._connection):
+            removed = self._connection.execute('DELETE FROM relations WHERE name = ?', (name,))
+            if removed.rowcount == 0:
+                raise self._unknown(name)
+            self._own_writes += 1
+
+    def get(self, name: str) -> Scene:
+        """The demonstration that was remembered under a name.
+
+        Raises:
+            UnknownRelationError: when there is none of that name.
+        """
+        with self._lock, explained(self.path):
+            with snapshot(self._connection):
+                row = self._connection.execute(
+                    'SELECT relation_id FROM relations WHERE name = ?', (name,)
+                ).fetchone()
+                scene = None if row is None else read_scene(self._connection, row[0])
+            if scene is None:
+                raise self._unknown(name)
+            return scene
+
+    def list(self) -> tuple[RememberedRelation, ...]:
+        """All remembered relations, by name."""
+        with self._lock, explained(self.path):
+            rows = self._connection.execute(
+                'SELECT name, base.object_id, relative.object_id, stamp_ns, frame_id, model_hash '
+                'FROM relations '
+                'JOIN objects AS base USING (relation_id) '
+                'JOIN objects AS relative USING (relation_id) '
+                'WHERE base.role = 0 AND relative.role = 1 ORDER BY name'
+            ).fetchall()
+        return tuple(RememberedRelation(*row) for row in rows)
+
+    def __len__(self) -> int:
+        with self._lock, explained(self.path):
+            count: int = self._connection.execute('SELECT COUNT(*) FROM relations').fetchone()[0]
+        return count
+
+    def nearest(
+        self,
+        embedding: NDArray[np.floating],
+        k: int,
+        model_hash: str,
+        *,
+        embed: Embed | None = None,
+    ) -> tuple[Neighbour, ...]:
+        """The k remembered relations that are most alike, nearest first; ties by name.
+
+        Args:
+            embedding: (D,) of the scene in question.
+            k: how many at most.
+            model_hash: of the model that made ``embedding``.
+            embed: embeds scenes with that model. Relations that another model embedded are
+                embedded anew with it, and kept so.
+
+        Raises:
+            WeightsError: when relations were embedded by another model and ``embed`` is missing.
+            ConfigError: for a k below one or an embedding of another length.
+        """
+        if k < 1:
+            raise ConfigError(f'asked for {k} neighbours; at least one makes sense')
+        vector = checked_embedding(embedding)
+        with self._lock, explained(self.path):
+            index = self._current_index(model_hash, embed)
+        return index.nearest(vector, k)
+
+    def _unknown(self, name: str) -> UnknownRelationError:
+        rows = self._connection.execute('SELECT name FROM relations ORDER BY name LIMIT 8')
+        known = ', '.join(repr(row[0]) for row in rows)
+        return UnknownRelationError(
+            f'no relation {name!r} is remembered; there are {known}'
+            if known
+            else f'no relation {name!r} is remembered; none is so far'
+        )
+
+    def _version(self) -> tuple[int, int]:
+        """Changes whenever this or another process changes the file."""
+        return self._connection.execute('PRAGMA data_version').fetchone()[0], self._own_writes
+
+    def _current_index(self, model_hash: str, embed: Embed | None) -> EmbeddingIndex:
+        key = (model_hash, self._version())
+        if self._index is not None and self._index_key == key:
+            return self._index
+        self._renew(model_hash, embed)
+        # Read before the rows: if another process writes between, the next call reads again.
+        self._index_key = (model_hash, self._version())
+        self._index = EmbeddingIndex.from_rows(
+            self._connection.execute(
+                'SELECT name, embedding FROM relations WHERE model_hash = ? ORDER BY name',
+                (model_hash,),
+            ).fetchall()
+        )
+        return self._index
+
+    def _renew(self, model_hash: str, embed: Embed | None) -> None:
+        """Embeds anew what another model has embedded."""
+        stale = self._connection.execute(
+            'SELECT relation_id FROM relations WHERE model_hash != ? ORDER BY relation_id',
+            (model_hash,),
+        ).fetchall()
+        if not stale:
+            return
+        if embed is None:
+            raise WeightsError(
+                f'{len(stale)} of the relations in {self.path} were embedded by another model; '
+                'they have to be embedded anew with this one'
+            )
+        for first in range(0, len(stale), EMBED_BATCH):
+            self._renew_rows(
+                [row[0] for row in stale[first : first + EMBED_BATCH]], model_hash, embed
+            )
+
+    def _renew_rows(self, relation_ids: Sequence[int], model_hash: str, embed: Embed) -> None:
+        with snapshot(self._connection):
+            scenes = {
+                relation_id: scene
+                for relation_id in relation_ids
+                if (scene := read_scene(self._connection, relation_id)) is not None
+            }
+        embeddings = embed(tuple(scenes.values()))
+        # An id is never used twice: a relation that was replaced meanwhile is not touched.
+        with transaction(self._connection):
+            self._connection.executemany(
+                'UPDATE relations SET model_hash = ?, embedding = ? WHERE relation_id = ?',
+                [
+                    (model_hash, checked_embedding(vector).tobytes(), relation_id)
+                    for relation_id, vector in zip(scenes, embeddings, strict=True)
+                ],
+            )
+        self._own_writes += 1

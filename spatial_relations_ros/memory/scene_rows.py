@@ -1,0 +1,99 @@
+"""Scenes as rows: exact round trips of poses (float64) and clouds (float32)."""
+
+from __future__ import annotations
+
+import math
+import sqlite3
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from spatial_relations_ros.core import (
+    CloudSource,
+    MemoryFileError,
+    Pose,
+    Scene,
+    SceneObject,
+    TriangleMesh,
+)
+
+ROLES = ('base', 'relative')
+
+
+def insert_objects(connection: sqlite3.Connection, relation_id: int, scene: Scene) -> None:
+    """Stores both objects of a scene under a relation's id."""
+    for role, item in enumerate(scene.objects):
+        pose = np.concatenate(
+            [item.world_from_object.translation, item.world_from_object.quat_wxyz]
+        )
+        connection.execute(
+            'INSERT INTO objects VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?)',
+            (
+                relation_id,
+                role,
+                item.object_id,
+                _blob(pose, '<f8'),
+                _blob(item.points, '<f4'),
+                int(item.source),
+                None if math.isnan(item.support) else float(item.support),
+                None if item.mesh is None else _blob(item.mesh.vertices, '<f4'),
+                None if item.mesh is None else _blob(item.mesh.triangles, '<i4'),
+            ),
+        )
+
+
+def read_scene(connection: sqlite3.Connection, relation_id: int) -> Scene | None:
+    """The scene that :func:`insert_objects` stored; None when there is no such relation.
+
+    Raises:
+        MemoryFileError: when a row is missing or damaged.
+    """
+    relation = connection.execute(
+        'SELECT frame_id, stamp_ns FROM relations WHERE relation_id = ?', (relation_id,)
+    ).fetchone()
+    if relation is None:
+        return None
+    rows = connection.execute(
+        'SELECT object_id, pose, points, source, support, vertices, triangles '
+        'FROM objects WHERE relation_id = ? ORDER BY role',
+        (relation_id,),
+    ).fetchall()
+    if len(rows) != len(ROLES):
+        raise MemoryFileError(f'relation {relation_id} has {len(rows)} objects instead of two')
+    base, relative = (_object(row) for row in rows)
+    return Scene(base, relative, stamp_ns=relation[1], frame_id=relation[0])
+
+
+def _object(row: tuple[Any, ...]) -> SceneObject:
+    object_id, pose, points, source, support, vertices, triangles = row
+    numbers = read_blob(pose, '<f8')
+    mesh = None
+    if vertices is not None:
+        mesh = TriangleMesh(
+            read_blob(vertices, '<f4').reshape(-1, 3), read_blob(triangles, '<i4').reshape(-1, 3)
+        )
+    return SceneObject(
+        object_id,
+        read_blob(points, '<f4').reshape(-1, 3),
+        Pose(numbers[:3], numbers[3:]),
+        source=CloudSource(source),
+        support=math.nan if support is None else support,
+        mesh=mesh,
+    )
+
+
+def _blob(values: NDArray[Any], dtype: str) -> bytes:
+    return np.ascontiguousarray(values, dtype=dtype).tobytes()
+
+
+def read_blob(data: bytes, dtype: str) -> NDArray[Any]:
+    """The array (N,) of a blob.
+
+    Raises:
+        MemoryFileError: when the blob holds no whole number of values.
+    """
+    try:
+        return np.frombuffer(data, dtype=dtype)
+    except (TypeError, ValueError) as error:
+        raise MemoryFileError(f'a stored array is damaged: {error}') from error
