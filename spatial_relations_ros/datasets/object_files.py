@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import warnings
+from collections.abc import Iterable
 from pathlib import Path
 
 import numpy as np
@@ -85,7 +86,7 @@ def _what_is_in(folder: Path) -> str:
 
 
 def _read_mesh(path: Path) -> TriangleMesh | None:
-    mesh = o3d.io.read_triangle_mesh(str(path))
+    mesh = o3d.io.read_triangle_mesh(path)
     vertices = np.asarray(mesh.vertices)
     triangles = np.asarray(mesh.triangles)
     if len(triangles) == 0:
@@ -102,7 +103,7 @@ def _read_mesh(path: Path) -> TriangleMesh | None:
 
 
 def _read_cloud(path: Path) -> NDArray[np.float32]:
-    cloud = o3d.io.read_point_cloud(str(path))
+    cloud = o3d.io.read_point_cloud(path)
     points = np.array(cloud.points, dtype=np.float32).reshape(-1, 3)
     if len(points) == 0:
         raise CloudFormatError(f'{path} holds no points that could be read')
@@ -194,9 +195,7 @@ class ObjectLibrary:
         if name is None:
             raise UnknownObjectError(f'no model of {object_id!r}; {_what_is_in(self.folder)}')
         if name not in self._models:
-            self._models[name] = load_object_model(
-                self._paths[name], num_points=self._num_points
-            )
+            self._models[name] = load_object_model(self._paths[name], num_points=self._num_points)
         return self._models[name]
 
     def _resolve(self, object_id: str) -> str | None:
@@ -206,11 +205,11 @@ class ObjectLibrary:
         return stem if number.isdigit() and stem in self._paths else None
 
 
-def model_paths(files: object) -> dict[str, Path]:
+def model_paths(files: Iterable[Path]) -> dict[str, Path]:
     """Model files by object id; for several files of an id the mesh wins."""
     preference = {suffix: rank for rank, suffix in enumerate(('.ply', '.obj', '.stl', '.off'))}
     best: dict[str, Path] = {}
-    for path in sorted(files, key=str):  # type: ignore[call-overload]
+    for path in sorted(files):
         if path.suffix.lower() not in MODEL_SUFFIXES:
             continue
         name = path.stem.removesuffix(PAPER_CLOUD_ENDING)

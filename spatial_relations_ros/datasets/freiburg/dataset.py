@@ -99,9 +99,7 @@ class RelationDataset:
     def scene_of(self, entry: RelationScene) -> Scene:
         """A scene with clouds (and meshes where known)."""
         base, relative = (
-            SceneObject(
-                object_id, self.clouds[object_id], pose, mesh=self.meshes.get(object_id)
-            )
+            SceneObject(object_id, self.clouds[object_id], pose, mesh=self.meshes.get(object_id))
             for object_id, pose in (
                 (entry.base_id, entry.world_from_base),
                 (entry.relative_id, entry.world_from_relative),

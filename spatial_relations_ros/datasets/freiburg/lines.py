@@ -6,6 +6,9 @@ import re
 from dataclasses import dataclass
 from pathlib import Path
 
+import numpy as np
+from numpy.typing import NDArray
+
 from spatial_relations_ros.core import DatasetFormatError, InvalidPoseError, Pose, Relation
 
 _SEPARATOR = re.compile(r'[;:]')
@@ -55,7 +58,7 @@ def parse_scene_line(line: str, *, where: str = 'line', line_number: int = 0) ->
     try:
         world_from_relative = Pose(translation, quat_relative)
         world_from_base = (
-            Pose([0.0, 0.0, 0.0], _numbers(fields[3], 4, 'quaternion of object 1', where))
+            Pose(np.zeros(3), _numbers(fields[3], 4, 'quaternion of object 1', where))
             if len(fields) == 4
             else _UNCHANGED
         )
@@ -64,7 +67,7 @@ def parse_scene_line(line: str, *, where: str = 'line', line_number: int = 0) ->
     return SceneLine(name, world_from_base, world_from_relative, line_number)
 
 
-def _numbers(text: str, count: int, what: str, where: str) -> list[float]:
+def _numbers(text: str, count: int, what: str, where: str) -> NDArray[np.float64]:
     parts = [part for part in re.split(r'[,\s]+', text) if part]
     try:
         values = [float(part) for part in parts]
@@ -74,21 +77,23 @@ def _numbers(text: str, count: int, what: str, where: str) -> list[float]:
         raise DatasetFormatError(
             f'{where}: {what} needs {count} numbers, got {len(values)} ({text!r})'
         )
-    return values
+    return np.array(values)
 
 
 def format_scene_line(name: str, world_from_base: Pose, world_from_relative: Pose) -> str:
     """The line of a scene; the translation is taken relative to object 1."""
     translation = world_from_relative.translation - world_from_base.translation
     fields = [name, _text(translation), _text(world_from_relative.quat_wxyz)]
-    if abs(world_from_base.quat_wxyz[0]) < 1.0 - 1e-12:
-        fields.append(_text(world_from_base.quat_wxyz))
+    # The last field stays empty, not absent, when object 1 is not turned: the authors' reader
+    # expects four fields.
+    is_turned = abs(world_from_base.quat_wxyz[0]) < 1.0 - 1e-12
+    fields.append(_text(world_from_base.quat_wxyz) if is_turned else '')
     return ';'.join(fields)
 
 
-def _text(values: object) -> str:
+def _text(values: NDArray[np.float64]) -> str:
     # Adding zero turns -0.0 into 0.0.
-    return ','.join(f'{float(value) + 0.0:.9g}' for value in values)  # type: ignore[attr-defined]
+    return ','.join(f'{float(value) + 0.0:.9g}' for value in values)
 
 
 def read_scene_lines(path: Path) -> list[SceneLine]:
@@ -101,7 +106,8 @@ def read_scene_lines(path: Path) -> list[SceneLine]:
     first_seen: dict[str, int] = {}
     for number, line in enumerate(read_lines(path), start=1):
         text = line.strip()
-        if not text or text.startswith('#') or (number == 1 and not re.search(r'_\d+\s*[;:]', text)):
+        is_header = number == 1 and not re.search(r'_\d+\s*[;:]', text)
+        if not text or text.startswith('#') or is_header:
             continue
         scene = parse_scene_line(text, where=f'{path}:{number}', line_number=number)
         if scene.name in first_seen:
@@ -126,7 +132,7 @@ def read_labels(path: Path) -> dict[str, Relation]:
         fields = line.split()
         if not fields or (number == 1 and not fields[-1].lstrip('-').isdigit()):
             continue
-        if len(fields) != 2:
+        if len(fields) < 2:
             raise DatasetFormatError(
                 f'{path}:{number}: expected a scene name, a tab and a label, got {line.strip()!r}'
             )

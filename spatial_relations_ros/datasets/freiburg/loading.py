@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import re
+import warnings
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 
-from spatial_relations_ros.core import CloudFormatError, DatasetFormatError
+from spatial_relations_ros.core import CloudFormatError, DatasetFormatError, Relation
 from spatial_relations_ros.datasets.freiburg.dataset import (
     RelationDataset,
     RelationScene,
@@ -24,6 +25,7 @@ from spatial_relations_ros.datasets.object_files import (
     load_object_model,
 )
 
+MESHES_FOLDER = 'meshes'
 SCENES_FILE = 'scenes.txt'
 LABELS_FILE = 'labels.tsv'
 SPLITS_FOLDER = 'cross_validation_splits'
@@ -65,14 +67,21 @@ def load_dataset(folder: Path | str) -> RelationDataset:
                 labels.get(line.name),
             )
         )
-    names = {scene.name for scene in scenes}
-    unknown = sorted(set(labels) - names)
-    if unknown:
-        raise DatasetFormatError(
-            f'{labels_path}: labels a scene {unknown[0]!r} that {SCENES_FILE} does not hold'
-        )
+    _warn_of_unused_labels(labels, scenes, labels_path)
     used = {name for scene in scenes for name in (scene.base_id, scene.relative_id)}
     return _with_models(folder, scenes, sorted(used), cloud_files, mesh_files)
+
+
+def _warn_of_unused_labels(
+    labels: Mapping[str, Relation], scenes: list[RelationScene], path: Path
+) -> None:
+    unused = sorted(set(labels) - {scene.name for scene in scenes})
+    if unused:
+        warnings.warn(
+            f'{path}: {len(unused)} labels, such as that of {unused[0]}, belong to no scene of '
+            f'{SCENES_FILE}',
+            stacklevel=3,
+        )
 
 
 def _with_models(
@@ -85,8 +94,11 @@ def _with_models(
     clouds, meshes = {}, {}
     for object_id in object_ids:
         try:
-            if object_id in mesh_files:
-                mesh, clouds[object_id] = load_object_model(mesh_files[object_id])
+            # Meshes elsewhere may be in another frame than the cloud: used only without one.
+            mesh_file = mesh_files.get(object_id)
+            in_place = mesh_file is not None and mesh_file.parent.name == MESHES_FOLDER
+            if mesh_file is not None and (in_place or object_id not in cloud_files):
+                mesh, clouds[object_id] = load_object_model(mesh_file)
                 if mesh is not None:
                     meshes[object_id] = mesh
             if object_id in cloud_files:
@@ -162,7 +174,5 @@ def _split_part(path: Path, names: Iterable[str]) -> tuple[str, ...]:
     part = read_scene_names(path)
     for number, name in part:
         if name not in names:
-            raise DatasetFormatError(
-                f'{path}:{number}: scene {name!r} is not in {SCENES_FILE}'
-            )
+            raise DatasetFormatError(f'{path}:{number}: scene {name!r} is not in {SCENES_FILE}')
     return tuple(name for _, name in part)

@@ -10,6 +10,7 @@ from spatial_relations_ros.datasets.freiburg.dataset import RelationDataset, Spl
 from spatial_relations_ros.datasets.freiburg.lines import format_scene_line
 from spatial_relations_ros.datasets.freiburg.loading import (
     LABELS_FILE,
+    MESHES_FOLDER,
     OBJECT_SPLITS_FOLDER,
     SCENES_FILE,
     SPLITS_FOLDER,
@@ -34,7 +35,7 @@ def write_dataset(folder: Path | str, dataset: RelationDataset) -> None:
     for object_id, points in dataset.clouds.items():
         save_cloud(folder / 'pointclouds' / f'{object_id}{PAPER_CLOUD_ENDING}.pcd', points)
     for object_id, mesh in dataset.meshes.items():
-        save_mesh(folder / 'meshes' / f'{object_id}.ply', mesh)
+        save_mesh(folder / MESHES_FOLDER / f'{object_id}.ply', mesh)
     write_lines(
         folder / SCENES_FILE,
         [SCENES_HEADER]
@@ -43,11 +44,11 @@ def write_dataset(folder: Path | str, dataset: RelationDataset) -> None:
             for scene in dataset.scenes
         ],
     )
-    labelled = [scene for scene in dataset.scenes if scene.label is not None]
+    labelled = [(s.name, s.label) for s in dataset.scenes if s.label is not None]
     if labelled:
         write_lines(
             folder / LABELS_FILE,
-            [LABELS_HEADER] + [f'{s.name}\t{int(s.label)}' for s in labelled if s.label is not None],
+            [LABELS_HEADER] + [f'{name}\t{int(label)}' for name, label in labelled],
         )
     _write_splits(folder / SPLITS_FOLDER, dataset.splits)
     _write_splits(folder / OBJECT_SPLITS_FOLDER, dataset.object_splits)

@@ -2,7 +2,11 @@
 
 from spatial_relations_ros.datasets.generator.body import Body, Placed
 from spatial_relations_ros.datasets.generator.checks import Measured, measure
-from spatial_relations_ros.datasets.generator.scenes import GeneratedScene, sample_scene
+from spatial_relations_ros.datasets.generator.scenes import (
+    GeneratedScene,
+    SceneSampler,
+    sample_scene,
+)
 from spatial_relations_ros.datasets.generator.writing import generate_dataset, generate_objects
 
 __all__ = [
@@ -10,6 +14,7 @@ __all__ = [
     'GeneratedScene',
     'Measured',
     'Placed',
+    'SceneSampler',
     'generate_dataset',
     'generate_objects',
     'measure',

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 import open3d as o3d
@@ -17,6 +18,7 @@ _SHARP_EDGE_COSINE = np.cos(np.deg2rad(20.0))
 _EDGE_SPACING = 0.003
 _MAX_FEATURES = 2200
 _NUM_SURFACE_POINTS = 1500
+_COARSE_STEP = 4
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,6 +61,16 @@ class Body:
             float(np.linalg.norm(model.mesh.vertices, axis=1).max()),
         )
 
+    @cached_property
+    def coarse(self) -> Body:
+        """The same body with a quarter of the points, for first searches."""
+        return replace(
+            self,
+            points=self.points[::_COARSE_STEP],
+            normals=self.normals[::_COARSE_STEP],
+            num_features=-(-self.num_features // _COARSE_STEP),
+        )
+
 
 @dataclass(frozen=True, eq=False)
 class Placed:
@@ -68,6 +80,7 @@ class Placed:
     rotation: FloatArray
     translation: FloatArray
 
+    @cached_property
     def world_points(self) -> FloatArray:
         """Contact points (P, 3) in the world frame."""
         return self.body.points @ self.rotation.T + self.translation
@@ -76,6 +89,7 @@ class Placed:
         """Outward normals (P, 3) of the contact points in the world frame."""
         return self.body.normals @ self.rotation.T
 
+    @cached_property
     def world_vertices(self) -> FloatArray:
         """Mesh vertices (V, 3) in the world frame."""
         return self.body.model.mesh.vertices @ self.rotation.T + self.translation
@@ -84,6 +98,10 @@ class Placed:
         """(3,), world frame."""
         centre = self.rotation @ self.body.model.mass_properties.centre + self.translation
         return np.asarray(centre, dtype=np.float64)
+
+    def coarse(self) -> Placed:
+        """With fewer contact points."""
+        return replace(self, body=self.body.coarse)
 
     def to_object(self, points: FloatArray) -> NDArray[np.float32]:
         """World points (..., 3) in the object's frame."""
@@ -101,7 +119,7 @@ class Placed:
 
     def on_table(self) -> Placed:
         """Shifted vertically so that the lowest vertex has z = 0."""
-        lowest = float(self.world_vertices()[:, 2].min())
+        lowest = float(self.world_vertices[:, 2].min())
         return self.moved(np.array([0.0, 0.0, -lowest]))
 
     def pose(self) -> Pose:
@@ -113,10 +131,14 @@ def ray_casting_scene(mesh: TriangleMesh) -> o3d.t.geometry.RaycastingScene:
     """Ray casting and distance queries on a mesh."""
     scene = o3d.t.geometry.RaycastingScene()
     scene.add_triangles(
-        o3d.core.Tensor(np.array(mesh.vertices, dtype=np.float32)),
-        o3d.core.Tensor(np.array(mesh.triangles, dtype=np.uint32)),
+        as_tensor(mesh.vertices), o3d.core.Tensor.from_numpy(mesh.triangles.astype(np.uint32))
     )
     return scene
+
+
+def as_tensor(values: NDArray[np.floating]) -> o3d.core.Tensor:
+    """A float32 tensor for Open3D's queries."""
+    return o3d.core.Tensor.from_numpy(np.array(values, dtype=np.float32))
 
 
 def _triangle_normals(mesh: TriangleMesh) -> tuple[FloatArray, FloatArray]:

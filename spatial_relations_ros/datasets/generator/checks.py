@@ -48,7 +48,7 @@ class Measured:
 
 def measure(relation: Relation, base: Placed, relative: Placed) -> Measured | str:
     """Checks a placement; returns the reason in words when it is refused."""
-    lowest = min(base.world_vertices()[:, 2].min(), relative.world_vertices()[:, 2].min())
+    lowest = min(base.world_vertices[:, 2].min(), relative.world_vertices[:, 2].min())
     if lowest < -1e-6:
         return 'below the table'
     reason = _shape_reason(relation, base, relative)
@@ -60,7 +60,7 @@ def measure(relation: Relation, base: Placed, relative: Placed) -> Measured | st
     if relation is not Relation.NEXT_TO and gap > MAX_CONTACT_GAP:
         return 'no contact'
     contacts = resting_contacts(base, relative)
-    reason = _contact_reason(relation, base, relative, contacts)
+    reason = _contact_reason(relation, contacts)
     if reason:
         return reason
     if not is_stable(base, relative, contacts):
@@ -70,7 +70,7 @@ def measure(relation: Relation, base: Placed, relative: Placed) -> Measured | st
 
 def _shape_reason(relation: Relation, base: Placed, relative: Placed) -> str:
     """Cheap conditions on the bodies' extents."""
-    base_vertices, relative_vertices = base.world_vertices(), relative.world_vertices()
+    base_vertices, relative_vertices = base.world_vertices, relative.world_vertices
     base_top = float(base_vertices[:, 2].max())
     bottom, top = float(relative_vertices[:, 2].min()), float(relative_vertices[:, 2].max())
     opening = base.body.model.opening
@@ -105,9 +105,7 @@ def _lying_reason(base: Placed, relative_vertices: FloatArray) -> str:
     return ''
 
 
-def _contact_reason(
-    relation: Relation, base: Placed, relative: Placed, contacts: RestingContacts
-) -> str:
+def _contact_reason(relation: Relation, contacts: RestingContacts) -> str:
     touching, standing = len(contacts.base_relative), len(contacts.relative_table)
     if relation is Relation.NEXT_TO:
         return ''
@@ -129,10 +127,10 @@ def overhang(base: Placed, relative: Placed) -> float:
     shares = []
     for angle in np.arange(0.0, 2.0 * np.pi, np.pi / 12.0):
         direction = np.array([np.cos(angle), np.sin(angle), 0.0])
-        beyond = (relative.world_vertices() @ direction).max() - (
-            base.world_vertices() @ direction
+        beyond = (relative.world_vertices @ direction).max() - (
+            base.world_vertices @ direction
         ).max()
-        width = np.ptp(relative.world_vertices() @ direction)
+        width = np.ptp(relative.world_vertices @ direction)
         shares.append(beyond / width)
     return float(max(shares))
 

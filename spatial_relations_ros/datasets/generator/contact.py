@@ -1,4 +1,4 @@
-"""Contacts between two placed bodies: first contact along a direction, clearance, touching points."""
+"""Contacts between two placed bodies: first contact, clearance, touching points."""
 
 from __future__ import annotations
 
@@ -7,10 +7,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from spatial_relations_ros.datasets.generator.body import FloatArray, Placed
+from spatial_relations_ros.datasets.generator.body import FloatArray, Placed, as_tensor
 
 CONTACT_GAP = 0.001
 MAX_PENETRATION = 0.001
+_NEAR = 0.01
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,35 +50,57 @@ def first_contact(
     return backwards, met
 
 
-def _first_hit(
-    source: Placed, target: Placed, direction: FloatArray
-) -> tuple[float, FloatArray]:
+def _first_hit(source: Placed, target: Placed, direction: FloatArray) -> tuple[float, FloatArray]:
     """Shortest ray from the source's points to the target, and the point it starts at."""
-    points = source.world_points()
-    rays = np.empty((len(points), 6), dtype=np.float32)
-    rays[:, :3] = target.to_object(points)
-    rays[:, 3:] = target.rotation.T @ direction
-    hits = target.body.surface.cast_rays(rays)['t_hit'].numpy()
+    origins = target.to_object(source.world_points)
+    local_direction = target.rotation.T @ direction
+    picked = np.flatnonzero(_may_hit(origins, local_direction, target))
+    if not len(picked):
+        return np.inf, np.zeros(3)
+    rays = np.empty((len(picked), 6), dtype=np.float32)
+    rays[:, :3] = origins[picked]
+    rays[:, 3:] = local_direction
+    hits = target.body.surface.cast_rays(as_tensor(rays))['t_hit'].numpy()
     nearest = int(hits.argmin())
-    return float(hits[nearest]), points[nearest]
+    return float(hits[nearest]), source.world_points[picked[nearest]]
+
+
+def _may_hit(
+    origins: NDArray[np.float32], direction: FloatArray, target: Placed
+) -> NDArray[np.bool_]:
+    """Which rays cross the target's bounding box (slab test), object frame."""
+    half = target.body.model.half_extents + 1e-4
+    steps = np.where(np.abs(direction) < 1e-7, 1e-7, direction)
+    near = ((-np.sign(steps) * half - origins) / steps).max(axis=1)
+    far = ((np.sign(steps) * half - origins) / steps).min(axis=1)
+    return np.asarray((near <= far) & (far >= 0.0))
 
 
 def clearance(first: Placed, second: Placed) -> float:
     """Smallest signed distance of either body's points to the other; negative in penetration."""
-    gaps = []
-    for source, target in ((first, second), (second, first)):
-        points = source.world_points()
-        reach = target.body.radius + 0.01
-        near = np.linalg.norm(points - target.translation, axis=1) < reach
-        if near.any():
-            gaps.append(float(signed_distance(target, points[near]).min()))
-    return min(gaps) if gaps else np.inf
+    return min(_clearance(first, second), _clearance(second, first))
+
+
+def _clearance(source: Placed, target: Placed) -> float:
+    points = source.world_points
+    near = points[_is_near(source, target, _NEAR)]
+    if len(near):
+        nearest = float(signed_distance(target, near).min())
+        if nearest < _NEAR:
+            return nearest
+    return float(signed_distance(target, points).min())
+
+
+def _is_near(source: Placed, target: Placed, gap: float) -> NDArray[np.bool_]:
+    """Which points of the source are within the target's bounding box, widened by a gap."""
+    local = target.to_object(source.world_points)
+    return np.asarray((np.abs(local) < target.body.model.half_extents + gap).all(axis=1))
 
 
 def signed_distance(target: Placed, points: FloatArray) -> NDArray[np.float32]:
     """Signed distances (P,) of world points to a body's surface, metres, negative inside."""
     distances: NDArray[np.float32] = target.body.surface.compute_signed_distance(
-        target.to_object(points)
+        as_tensor(target.to_object(points))
     ).numpy()
     return distances
 
@@ -90,21 +113,18 @@ def find_contacts(first: Placed, second: Placed, *, gap: float = CONTACT_GAP) ->
     """
     points_1, normals_1 = _touching(second, first, gap)
     points_2, normals_2 = _touching(first, second, gap)
-    return Contacts(
-        np.concatenate([points_1, points_2]), np.concatenate([normals_1, -normals_2])
-    )
+    return Contacts(np.concatenate([points_1, points_2]), np.concatenate([normals_1, -normals_2]))
 
 
 def _touching(source: Placed, target: Placed, gap: float) -> tuple[FloatArray, FloatArray]:
     """Points of ``source`` on ``target`` and the target's outward normals there."""
-    points, normals = source.world_points(), source.world_normals()
-    is_feature = np.arange(len(points)) < source.body.num_features
-    near = np.linalg.norm(points - target.translation, axis=1) < target.body.radius + gap
-    points, normals, is_feature = points[near], normals[near], is_feature[near]
+    near = np.flatnonzero(_is_near(source, target, gap))
+    points, normals = source.world_points[near], source.world_normals()[near]
+    is_feature = near < source.body.num_features
     if not len(points):
         return np.zeros((0, 3)), np.zeros((0, 3))
     query = target.to_object(points)
-    closest = target.body.surface.compute_closest_points(query)
+    closest = target.body.surface.compute_closest_points(as_tensor(query))
     distance = np.linalg.norm(closest['points'].numpy() - query, axis=1)
     face_normals = closest['primitive_normals'].numpy() @ target.rotation.T
     facing = -np.einsum('ij,ij->i', face_normals, normals)
@@ -115,6 +135,6 @@ def _touching(source: Placed, target: Placed, gap: float) -> tuple[FloatArray, F
 
 def table_contacts(placed: Placed, *, gap: float = CONTACT_GAP) -> Contacts:
     """Points of a body that stand on the table z = 0; normals point up, into the body."""
-    points = placed.world_vertices()
+    points = placed.world_vertices
     points = points[points[:, 2] < gap]
     return Contacts(points, np.tile([0.0, 0.0, 1.0], (len(points), 1)))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from spatial_relations_ros.datasets.generator.body import Body, FloatArray, Placed
+from spatial_relations_ros.datasets.generator.body import Body, FloatArray, Placed, as_tensor
 from spatial_relations_ros.datasets.generator.contact import clearance, travel_to_contact
 from spatial_relations_ros.datasets.generator.placements_on import Pair
 from spatial_relations_ros.datasets.generator.resting import (
@@ -50,7 +50,7 @@ def place_inside(base: Body, relative: Body, rng: np.random.Generator) -> Pair |
 
 def _aligned(moving: Placed, fixed: Placed, rng: np.random.Generator) -> Placed:
     """Turns a body so that its longest horizontal side is roughly along the container's x."""
-    footprint = moving.world_vertices()[:, :2]
+    footprint = moving.world_vertices[:, :2]
     _, axes = np.linalg.eigh(np.cov(footprint.T))
     heading = np.arctan2(axes[1, 1], axes[0, 1])
     wanted = np.arctan2(fixed.rotation[1, 0], fixed.rotation[0, 0])
@@ -86,7 +86,7 @@ def place_inside_lying(base: Body, relative: Body, rng: np.random.Generator) -> 
 
 def _facing(moving: Placed, outwards: FloatArray, rng: np.random.Generator) -> Placed:
     """Mostly turns a body's long side along the container's axis."""
-    footprint = moving.world_vertices()[:, :2]
+    footprint = moving.world_vertices[:, :2]
     values, axes = np.linalg.eigh(np.cov(footprint.T))
     if values[1] < 1.3 * values[0] or rng.random() < 0.15:
         return moving
@@ -111,7 +111,7 @@ def _lower_wall(
     rays = np.empty((2, 6), dtype=np.float32)
     rays[:, :3] = fixed.to_object(origins)
     rays[:, 3:] = fixed.rotation.T @ DOWN
-    hits = fixed.body.surface.cast_rays(rays)['t_hit'].numpy().astype(np.float64)
+    hits = fixed.body.surface.cast_rays(as_tensor(rays))['t_hit'].numpy().astype(np.float64)
     if not np.isfinite(hits).all():
         return None
     points = origins + hits[:, None] * DOWN
@@ -146,15 +146,13 @@ def _set_down(
         lateral = rng.uniform(-room, room)
     placed = centred(moving, axis + lateral * sideways, bottom=0.0)
     # Along the axis: the inner end at the wanted depth.
-    inner_end = float((placed.world_vertices() @ outwards).min())
+    inner_end = float((placed.world_vertices @ outwards).min())
     wanted = float(_axis_point(fixed, deepest) @ outwards)
     placed = placed.moved((wanted - inner_end) * outwards)
-    vertices = placed.world_vertices()
+    vertices = placed.world_vertices
     height = float(vertices[:, 2].max() - vertices[:, 2].min())
     placed = placed.moved(np.array([0.0, 0.0, axis[2] - 0.5 * height]))
     if clearance(fixed, placed) < 2e-4:
         return 'does not fit'
-    travel = min(
-        travel_to_contact(placed, fixed, DOWN), float(placed.world_vertices()[:, 2].min())
-    )
+    travel = min(travel_to_contact(placed, fixed, DOWN), float(placed.world_vertices[:, 2].min()))
     return fixed, placed.moved(DOWN * travel)

@@ -37,7 +37,7 @@ def place_inclined(base: Body, relative: Body, rng: np.random.Generator) -> Pair
         standing = faced(standing, direction, rng)
     tilted = tilt(standing, direction, _lean_angle(standing, direction, rng))
     tilted = centred(tilted, np.zeros(3), bottom=0.0)
-    vertices = tilted.world_vertices()
+    vertices = tilted.world_vertices
     foot = vertices[vertices[:, 2].argmin()] @ direction
     if tilted.centre_of_mass() @ direction < foot + 0.003:
         return 'falls away from the base'
@@ -52,11 +52,9 @@ def place_inclined(base: Body, relative: Body, rng: np.random.Generator) -> Pair
     return fixed, touching
 
 
-def _lean_angle(
-    standing: Placed, direction: FloatArray, rng: np.random.Generator
-) -> float:
+def _lean_angle(standing: Placed, direction: FloatArray, rng: np.random.Generator) -> float:
     """Signed tilt: positive turns the top towards the base, negative lifts the near side."""
-    height = float(standing.world_vertices()[:, 2].max())
+    height = float(standing.world_vertices[:, 2].max())
     width = 2.0 * half_width(standing, direction)
     if height < 0.8 * width or (height < 1.2 * width and rng.random() < 0.5):
         return -float(np.deg2rad(rng.uniform(10.0, 75.0)))
@@ -84,7 +82,7 @@ def place_inside_inclined(base: Body, relative: Body, rng: np.random.Generator) 
     angle = float(np.deg2rad(rng.uniform(8.0, 60.0)))
     tilted = tilt(standing, direction, angle)
     # What is below the rim when the lowest point is on the floor must fit through the opening.
-    vertices = tilted.world_vertices()
+    vertices = tilted.world_vertices
     sunk = vertices[vertices[:, 2] < vertices[:, 2].min() + opening.depth]
     if np.ptp(sunk @ direction) > 2.1 * max(opening.rim_half_size):
         return 'does not fit'
@@ -104,13 +102,13 @@ def _slide_to_rim(
     """
     reach = half_width(fixed, direction)
     start = above(tilted, fixed, centre)
-    vertices = start.world_vertices()
+    vertices = start.world_vertices
     foot = vertices[vertices[:, 2].argmin()]
     start = start.moved(-((foot - centre) @ direction) * direction)
-    on_foot = None
+    coarse, on_foot = start.coarse(), None
     step = 2.0 * reach / _NUM_DROPS
     for shift in np.arange(_NUM_DROPS) * step - reach:
-        landed, lands_on_foot = _drop(start.moved(shift * direction), fixed)
+        _, lands_on_foot = _drop(coarse.moved(shift * direction), fixed.coarse())
         if lands_on_foot:
             on_foot = shift
         elif on_foot is not None:
@@ -131,7 +129,7 @@ def _slide_to_rim(
 def _drop(moving: Placed, fixed: Placed) -> tuple[Placed, bool]:
     """Lowers a body until it touches, and whether it touches with its lowest part."""
     travel, point = first_contact(moving, fixed, DOWN)
-    to_table = float(moving.world_vertices()[:, 2].min())
+    to_table = float(moving.world_vertices[:, 2].min())
     landed = moving.moved(DOWN * min(travel, to_table))
     lowest = to_table - min(travel, to_table)
     return landed, travel <= to_table and point[2] < lowest + _FOOT_HEIGHT

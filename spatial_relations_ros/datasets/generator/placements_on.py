@@ -45,14 +45,14 @@ def place_next_to(base: Body, relative: Body, rng: np.random.Generator) -> Pair 
 
 def top_region(placed: Placed) -> tuple[FloatArray, FloatArray]:
     """Centre (2,) and points (N, 2) of a body's highest level."""
-    vertices = placed.world_points()
+    vertices = placed.world_points
     top = vertices[vertices[:, 2] > vertices[:, 2].max() - _TOP_BAND, :2]
     return 0.5 * (top.min(axis=0) + top.max(axis=0)), top
 
 
 def bottom_region(placed: Placed) -> FloatArray:
     """Points (N, 2) of a body's lowest level."""
-    vertices = placed.world_points()
+    vertices = placed.world_points
     return np.asarray(vertices[vertices[:, 2] < vertices[:, 2].min() + _TOP_BAND, :2])
 
 

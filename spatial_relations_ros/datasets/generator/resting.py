@@ -18,7 +18,7 @@ ANY_WAY_UP: Mapping[RestKind, float] = {
 UPRIGHT_ONLY: Mapping[RestKind, float] = {RestKind.UPRIGHT: 1.0}
 SIDE_ONLY: Mapping[RestKind, float] = {RestKind.SIDE: 1.0}
 
-_MIN_LEAN_ANGLE = np.deg2rad(7.0)
+_MIN_TIPPING_ANGLE = np.deg2rad(7.0)
 UP = np.array([0.0, 0.0, 1.0])
 DOWN = -UP
 
@@ -58,10 +58,8 @@ def sample_rest_pose(
     """
     by_kind: dict[RestKind, list[RestPose]] = {}
     for pose in body.model.rest_poses:
-        centre = pose.rotation @ body.model.mass_properties.centre
-        height = centre[2] - (body.model.mesh.vertices @ pose.rotation[2]).min()
-        is_steady = np.arctan2(pose.margin, height) > _MIN_LEAN_ANGLE
-        if weights.get(pose.kind, 0.0) > 0.0 and (is_steady or pose.kind is RestKind.SIDE):
+        is_steady = pose.tipping_angle_rad > _MIN_TIPPING_ANGLE or pose.kind is RestKind.SIDE
+        if weights.get(pose.kind, 0.0) > 0.0 and is_steady:
             by_kind.setdefault(pose.kind, []).append(pose)
     if not by_kind:
         return None
@@ -106,13 +104,13 @@ def side_direction(placed: Placed, rng: np.random.Generator) -> FloatArray:
 
 def half_width(placed: Placed, direction: FloatArray) -> float:
     """Half of a body's extent along a unit direction (3,), metres."""
-    along = placed.world_vertices() @ direction
+    along = placed.world_vertices @ direction
     return float(along.max() - along.min()) / 2.0
 
 
 def centred(placed: Placed, centre: FloatArray, *, bottom: float) -> Placed:
     """Moves the middle of a body's bounding box over a point (x, y, ...), lowest point at z."""
-    vertices = placed.world_vertices()
+    vertices = placed.world_vertices
     low, high = vertices.min(axis=0), vertices.max(axis=0)
     middle = 0.5 * (low + high)
     return placed.moved(np.array([centre[0] - middle[0], centre[1] - middle[1], bottom - low[2]]))
@@ -120,13 +118,13 @@ def centred(placed: Placed, centre: FloatArray, *, bottom: float) -> Placed:
 
 def dropped(moving: Placed, fixed: Placed) -> Placed:
     """Lowers a body straight until it first touches another body or the table."""
-    to_table = float(moving.world_vertices()[:, 2].min())
+    to_table = float(moving.world_vertices[:, 2].min())
     return moving.moved(DOWN * min(travel_to_contact(moving, fixed, DOWN), to_table))
 
 
 def above(moving: Placed, fixed: Placed, centre: FloatArray) -> Placed:
     """Places a body over a point, just above the highest point of another."""
-    top = float(fixed.world_vertices()[:, 2].max())
+    top = float(fixed.world_vertices[:, 2].max())
     return centred(moving, centre, bottom=top + 0.005)
 
 

@@ -50,39 +50,62 @@ class GeneratedScene:
     rejected: Counter[str] = field(default_factory=Counter)
 
 
+class SceneSampler:
+    """Draws scenes from a set of bodies."""
+
+    def __init__(self, bodies: Sequence[Body]) -> None:
+        """Takes the bodies that scenes are made of."""
+        self._bodies = tuple(bodies)
+        self._pairs: dict[Relation, list[tuple[Body, list[Body]]]] = {}
+
+    def sample(self, relation: Relation, rng: np.random.Generator) -> GeneratedScene:
+        """Draws pairs and placements until one is at rest in the relation.
+
+        The base's origin is at x = y = 0, the table at z = 0, the heading of the whole is random.
+
+        Raises:
+            SpatialRelationsError: when the bodies cannot be brought into the relation.
+        """
+        if relation not in self._pairs:
+            self._pairs[relation] = _pairs(relation, self._bodies)
+        pairs = self._pairs[relation]
+        if not pairs:
+            raise SpatialRelationsError(
+                f'no two of {[body.model.name for body in self._bodies]} can be '
+                f'{relation.description}'
+            )
+        rejected: Counter[str] = Counter()
+        for _ in range(MAX_ATTEMPTS):
+            base, relatives = pairs[int(rng.integers(len(pairs)))]
+            relative = relatives[int(rng.integers(len(relatives)))]
+            result = _attempt(relation, base, relative, rng)
+            if isinstance(result, Measured):
+                return GeneratedScene(relation, result, rejected)
+            rejected[result] += 1
+        raise SpatialRelationsError(
+            f'no scene {relation.description!r} in {MAX_ATTEMPTS} attempts; refused: '
+            f'{dict(rejected)}'
+        )
+
+
 def sample_scene(
     relation: Relation, bodies: Sequence[Body], rng: np.random.Generator
 ) -> GeneratedScene:
-    """Draws pairs and placements until one is at rest in the relation.
+    """One scene of a relation; see :meth:`SceneSampler.sample`."""
+    return SceneSampler(bodies).sample(relation, rng)
 
-    The base's origin is at x = y = 0, the table at z = 0, the heading of the whole is random.
 
-    Raises:
-        SpatialRelationsError: when the bodies cannot be brought into the relation.
-    """
-    rejected: Counter[str] = Counter()
-    pairs = _pairs(relation, bodies)
-    if not pairs:
-        raise SpatialRelationsError(
-            f'no two of {[body.model.name for body in bodies]} can be {relation.description}'
-        )
-    for _ in range(MAX_ATTEMPTS):
-        base, relatives = pairs[int(rng.integers(len(pairs)))]
-        relative = relatives[int(rng.integers(len(relatives)))]
-        result = _PLACEMENTS[relation](base, relative, rng)
-        if not isinstance(result, str):
-            turn = about_z(rng.uniform(0.0, 2.0 * np.pi))
-            shift = -turn @ result[0].translation * [1.0, 1.0, 0.0]
-            placed = [body.turned(turn).moved(shift) for body in result]
-            measured = measure(relation, placed[0], placed[1])
-            if isinstance(measured, Measured):
-                return GeneratedScene(relation, measured, rejected)
-            result = measured
-        rejected[result] += 1
-    raise SpatialRelationsError(
-        f'no scene {relation.description!r} in {MAX_ATTEMPTS} attempts; refused: '
-        f'{dict(rejected)}'
-    )
+def _attempt(
+    relation: Relation, base: Body, relative: Body, rng: np.random.Generator
+) -> Measured | str:
+    """Places a pair; the measured scene, or why it is refused."""
+    result = _PLACEMENTS[relation](base, relative, rng)
+    if isinstance(result, str):
+        return result
+    turn = about_z(rng.uniform(0.0, 2.0 * np.pi))
+    shift = -turn @ result[0].translation * [1.0, 1.0, 0.0]
+    base_placed, relative_placed = (body.turned(turn).moved(shift) for body in result)
+    return measure(relation, base_placed, relative_placed)
 
 
 def _pairs(relation: Relation, bodies: Sequence[Body]) -> list[tuple[Body, list[Body]]]:

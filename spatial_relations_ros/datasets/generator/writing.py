@@ -13,7 +13,7 @@ from spatial_relations_ros.datasets.freiburg import RelationDataset, RelationSce
 from spatial_relations_ros.datasets.freiburg.writing import write_lines
 from spatial_relations_ros.datasets.generator.body import Body
 from spatial_relations_ros.datasets.generator.checks import overhang
-from spatial_relations_ros.datasets.generator.scenes import GeneratedScene, sample_scene
+from spatial_relations_ros.datasets.generator.scenes import GeneratedScene, SceneSampler
 from spatial_relations_ros.datasets.generator.splits import (
     group_of,
     num_groups,
@@ -81,19 +81,20 @@ def generate_dataset(
     for idx, model in enumerate(models):
         group = group_of(idx, num_families=len(OBJECT_FAMILIES), groups=groups)
         bodies[group].append(Body.of(model))
+    samplers = [SceneSampler(group) for group in bodies]
     generated = []
     for idx in range(num_scenes):
-        generated.append(_scene_of_index(idx, bodies, seed=seed))
+        generated.append(_scene_of_index(idx, samplers, seed=seed))
         if on_progress is not None:
             on_progress(idx + 1, num_scenes)
     _write(folder, models, generated, groups=groups, seed=seed, num_points=num_points)
 
 
-def _scene_of_index(idx: int, bodies: Sequence[Sequence[Body]], *, seed: int) -> GeneratedScene:
+def _scene_of_index(idx: int, samplers: Sequence[SceneSampler], *, seed: int) -> GeneratedScene:
     relation = Relation(idx % len(Relation))
-    group = (idx // len(Relation)) % len(bodies)
+    group = (idx // len(Relation)) % len(samplers)
     rng = np.random.default_rng([seed, _SCENES_STREAM, idx])
-    return sample_scene(relation, bodies[group], rng)
+    return samplers[group].sample(relation, rng)
 
 
 def _write(
@@ -109,9 +110,7 @@ def _write(
     names = [scene.name for scene in scenes]
     labels = [scene.relation for scene in generated]
     clouds = {
-        model.name: model.points(
-            num_points, np.random.default_rng([seed, _CLOUDS_STREAM, idx])
-        )
+        model.name: model.points(num_points, np.random.default_rng([seed, _CLOUDS_STREAM, idx]))
         for idx, model in enumerate(models)
     }
     group_idx = [(idx // len(Relation)) % groups for idx in range(len(scenes))]

@@ -59,8 +59,9 @@ class Opening:
 
 @dataclass(frozen=True, eq=False)
 class ObjectModel:
-    """A household object; its frame has z up in the natural rest and the origin at the centre
-    of the bounding box.
+    """A household object.
+
+    Its frame has z up in the natural rest and its origin at the centre of the bounding box.
 
     Attributes:
         name: unique name; without underscores, since scene names join object names by them.

@@ -14,9 +14,7 @@ FILLED, PAPER, WOOD, PLASTIC = 700.0, 800.0, 650.0, 950.0
 def make_box(rng: np.random.Generator) -> ObjectModel:
     """Closed package: tea, rice, cereals."""
     size = (rng.uniform(0.06, 0.20), rng.uniform(0.03, 0.09), rng.uniform(0.06, 0.26))
-    return model_of_solid(
-        'box', box(size), dict(zip('xyz', size, strict=True)), density=FILLED
-    )
+    return model_of_solid('box', box(size), dict(zip('xyz', size, strict=True)), density=FILLED)
 
 
 def make_can(rng: np.random.Generator) -> ObjectModel:
@@ -120,9 +118,7 @@ def _square_vessel(
         is_round=False,
     )
     dimensions = {'top_x': top[0], 'top_y': top[1], 'height': height, 'wall': wall}
-    return model_of_solid(
-        family, outer - cavity, dimensions, opening=opening, density=density
-    )
+    return model_of_solid(family, outer - cavity, dimensions, opening=opening, density=density)
 
 
 def make_container(rng: np.random.Generator) -> ObjectModel:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial import ConvexHull
+from scipy.spatial import ConvexHull, QhullError
 
 from spatial_relations_ros.core import TriangleMesh
 
@@ -32,11 +32,18 @@ class RestPose:
         rotation: (3, 3), world_from_object.
         kind: which way up.
         margin: distance of the projected centre of mass from the footprint's border, metres.
+        centre_height: of the centre of mass above the table, metres.
     """
 
     rotation: FloatArray
     kind: RestKind
     margin: float
+    centre_height: float
+
+    @property
+    def tipping_angle_rad(self) -> float:
+        """The smallest tilt of the table at which the object falls over."""
+        return float(np.arctan2(self.margin, self.centre_height))
 
 
 def rotation_between(source: FloatArray, target: FloatArray) -> FloatArray:
@@ -65,18 +72,22 @@ def find_rest_poses(
     poses = []
     for normal, simplices in zip(normals, groups, strict=True):
         rotation = rotation_between(normal, np.array([0.0, 0.0, -1.0]))
-        footprint = (hull.points[np.unique(hull.simplices[simplices])] @ rotation.T)[:, :2]
-        margin = footprint_margin(footprint, (rotation @ centre_of_mass)[:2])
+        footprint = hull.points[np.unique(hull.simplices[simplices])] @ rotation.T
+        centre = rotation @ centre_of_mass
+        margin = footprint_margin(footprint[:, :2], centre[:2])
         if margin > min_margin:
-            poses.append(RestPose(rotation, _kind(rotation), margin))
+            height = float(centre[2] - footprint[:, 2].min())
+            poses.append(RestPose(rotation, _kind(rotation), margin, height))
     return tuple(sorted(poses, key=lambda pose: -pose.margin))
 
 
 def footprint_margin(footprint: FloatArray, point: FloatArray) -> float:
     """Distance of a point (2,) from the border of the hull of points (N, 2); negative outside."""
+    if (point < footprint.min(axis=0)).any() or (point > footprint.max(axis=0)).any():
+        return -np.inf
     try:
         hull = ConvexHull(footprint)
-    except Exception:  # qhull raises its own error for flat input
+    except QhullError:  # a line or a point: nothing stands on it
         return -np.inf
     return float(-(hull.equations[:, :2] @ point + hull.equations[:, 2]).max())
 

@@ -28,7 +28,9 @@ def _curved_wall(
     return list(zip(radii.tolist(), (share * height).tolist(), strict=True))
 
 
-def _with_ear(body: Manifold, cavity: Manifold, wall: Profile, rng: np.random.Generator) -> Manifold:
+def _with_ear(
+    body: Manifold, cavity: Manifold, wall: Profile, rng: np.random.Generator
+) -> Manifold:
     """Adds a cup's handle on the +x side."""
     height = wall[-1][1]
     middle = height * rng.uniform(0.48, 0.58)
