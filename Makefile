@@ -18,6 +18,8 @@ ARGS ?=
 # A ROS installation that was sourced, or another environment, must not leak into this one.
 unexport PYTHONPATH PYTHONHOME AMENT_PREFIX_PATH CMAKE_PREFIX_PATH COLCON_PREFIX_PATH
 unexport RMW_IMPLEMENTATION _ROS_WHEELS_BOOTSTRAP_COMPLETE COLCON_DEFAULTS_FILE
+# Without byte code each process needs half a minute to import PyTorch.
+unexport PYTHONDONTWRITEBYTECODE
 ifdef ROS_DISTRO
 unexport LD_LIBRARY_PATH
 endif
@@ -74,6 +76,8 @@ $(INSTALLED): $(MADE) $(REQUIREMENTS)
 	  if pip install --dry-run --quiet --no-deps '$(TORCH)' >/dev/null 2>&1; then index=; fi; \
 	  pip install --no-compile -c constraints.txt '$(TORCH)' $$index
 	@pip install --no-compile -c constraints.txt -r requirements.txt -r requirements-ros.txt -r requirements-dev.txt
+	@echo '      Importing everything once'
+	@python -c 'import cv2, manifold3d, open3d, rclpy, roma, rosbags, scipy.spatial, torch, typer'
 	@touch $@
 
 $(MESSAGES): $(INSTALLED) $(shell find msg_defs compat -type f)

@@ -1,1 +1,1 @@
-"""The ROS nodes."""
+"""The nodes: parameters in, one call, messages out."""

@@ -1,0 +1,75 @@
+"""The three nodes on a live camera: ros2 launch spatial_relations_ros live.launch.py."""
+
+from pathlib import Path
+
+from launch.actions import DeclareLaunchArgument, SetEnvironmentVariable
+from launch.substitutions import LaunchConfiguration
+from launch_ros.actions import Node
+
+from launch import LaunchDescription
+from spatial_relations_ros.core import share_path
+
+
+def generate_launch_description() -> LaunchDescription:
+    config: Path = share_path('config')
+    models_path = LaunchConfiguration('models_path')
+    namespace = LaunchConfiguration('namespace')
+    arguments = [
+        DeclareLaunchArgument('namespace', default_value='', description='Of all three nodes'),
+        DeclareLaunchArgument(
+            'points', default_value='/kinect2/qhd/points', description='PointCloud2 topic'
+        ),
+        DeclareLaunchArgument(
+            'tracked_objects', default_value='/tracked_objects', description='TrackedObjectArray'
+        ),
+        DeclareLaunchArgument('detections', default_value='/detections'),
+        DeclareLaunchArgument('world_frame', default_value='world'),
+        DeclareLaunchArgument(
+            'models_path', default_value='', description='Folder of object models'
+        ),
+        DeclareLaunchArgument(
+            'weights', default_value='', description='Weights file; empty: those shipped'
+        ),
+    ]
+    perception = Node(
+        package='spatial_relations_ros',
+        executable='perception_node',
+        name='perception_node',
+        namespace=namespace,
+        output='screen',
+        parameters=[
+            str(config / 'perception_node.yaml'),
+            {'models_path': models_path, 'world_frame': LaunchConfiguration('world_frame')},
+        ],
+        remappings=[
+            ('~/points', LaunchConfiguration('points')),
+            ('~/tracked_objects', LaunchConfiguration('tracked_objects')),
+            ('~/detections', LaunchConfiguration('detections')),
+        ],
+    )
+    weights = {'weights': LaunchConfiguration('weights')}
+    metric = Node(
+        package='spatial_relations_ros',
+        executable='metric_node',
+        name='metric_node',
+        namespace=namespace,
+        output='screen',
+        parameters=[str(config / 'metric_node.yaml'), weights],
+    )
+    imitate = Node(
+        package='spatial_relations_ros',
+        executable='imitate_node',
+        name='imitate_node',
+        namespace=namespace,
+        output='screen',
+        parameters=[
+            str(config / 'imitate_node.yaml'),
+            weights,
+            {'models_path': models_path, 'standalone': 'false'},
+        ],
+    )
+    # Shared memory that holds a few Kinect clouds; the default one loses most of them.
+    profile = SetEnvironmentVariable(
+        'FASTRTPS_DEFAULT_PROFILES_FILE', str(config / 'fastdds_large_clouds.xml')
+    )
+    return LaunchDescription([*arguments, profile, perception, metric, imitate])

@@ -1,0 +1,166 @@
+"""metric_node: embeddings, distances and the memory of relations."""
+
+from __future__ import annotations
+
+import sys
+import threading
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from spatial_relations_msgs.srv import (
+    Distance,
+    Embed,
+    Forget,
+    ListRelations,
+    Nearest,
+    Recall,
+    Remember,
+)
+
+from spatial_relations_ros.core import InvalidSceneError, Scene
+from spatial_relations_ros.memory import Neighbour, RelationMemory, default_memory_path
+from spatial_relations_ros.nodes.model_host import MODEL_PARAMETERS, ModelHost
+from spatial_relations_ros.nodes.scene_client import SCENE_PARAMETERS, SceneClient
+from spatial_relations_ros.ros.conversions import scene_to_msg
+from spatial_relations_ros.ros.parameters import ParameterSpec
+from spatial_relations_ros.ros.relations_node import RelationsNode
+from spatial_relations_ros.ros.running import run_node
+
+METRIC_PARAMETERS = (
+    *MODEL_PARAMETERS,
+    *SCENE_PARAMETERS,
+    ParameterSpec(
+        'memory_path',
+        '',
+        'File of remembered relations; empty: below $XDG_DATA_HOME or ~/.local/share.',
+        is_fixed=True,
+    ),
+)
+
+
+class MetricNode(RelationsNode):
+    """Embeds and compares scenes, remembers relations.
+
+    Args:
+        host: the metric and its thread, when several nodes of a process share them; None makes
+            an own one.
+        node_arguments: of rclpy's Node.
+    """
+
+    def __init__(self, host: ModelHost | None = None, **node_arguments: Any) -> None:
+        super().__init__('metric_node', METRIC_PARAMETERS, **node_arguments)
+        self._host = host or ModelHost.of_parameters(self.parameters)
+        self._scenes = SceneClient(self)
+        path = self.parameters.text('memory_path')
+        self._memory_path = Path(path).expanduser() if path else default_memory_path()
+        self._memory_lock = threading.Lock()
+        self._opened: RelationMemory | None = None
+        self.serve(Embed, '~/embed', self._embed)
+        self.serve(Distance, '~/distance', self._distance)
+        self.serve(Nearest, '~/nearest', self._nearest)
+        self.serve(Remember, '~/remember', self._remember)
+        self.serve(Recall, '~/recall', self._recall)
+        self.serve(Forget, '~/forget', self._forget)
+        self.serve(ListRelations, '~/list', self._list)
+        self.diagnostics.add_state('model', self._host.state)
+        if host is None:
+            self._host.load_early()
+
+    def close(self) -> None:
+        """Ends the worker and closes the memory."""
+        self._host.worker.close()
+        with self._memory_lock:
+            if self._opened is not None:
+                self._opened.close()
+
+    @property
+    def _memory(self) -> RelationMemory:
+        """Opened at first use."""
+        with self._memory_lock:
+            if self._opened is None:
+                self._opened = RelationMemory(self._memory_path)
+            return self._opened
+
+    def _embed(self, request: Embed.Request, response: Embed.Response) -> None:
+        scene = self._scenes.given_or_seen(request.scene, request.object_ids, what='scene').scene
+
+        def job() -> tuple[list[float], str]:
+            metric = self._host.metric()
+            return metric.embed_scenes([scene])[0].tolist(), metric.model_hash
+
+        response.embedding, response.model_hash = self._host.worker.run(job)
+        response.success = True
+
+    def _distance(self, request: Distance.Request, response: Distance.Response) -> None:
+        reference = self._reference_scene(request)
+        test = self._scenes.given_or_seen(request.test_scene, request.test_ids, what='test').scene
+        response.distance = self._host.worker.run(
+            lambda: self._host.metric().distance(reference, test)
+        )
+        response.success = True
+
+    def _reference_scene(self, request: Distance.Request) -> Scene:
+        if not request.reference_name:
+            return self._scenes.given_or_seen(
+                request.reference_scene, request.reference_ids, what='reference'
+            ).scene
+        if request.reference_ids or request.reference_scene:
+            raise InvalidSceneError('reference: give a name, object ids or a scene, only one')
+        return self._memory.get(request.reference_name)
+
+    def _nearest(self, request: Nearest.Request, response: Nearest.Response) -> None:
+        scene = self._scenes.given_or_seen(request.scene, request.object_ids, what='scene').scene
+
+        def job() -> Sequence[Neighbour]:
+            metric = self._host.metric()
+            embedding = metric.embed_scenes([scene])[0]
+            # Relations that other weights embedded are embedded anew.
+            return self._memory.nearest(
+                embedding, int(request.k) or 1, metric.model_hash, embed=metric.embed_scenes
+            )
+
+        neighbours = self._host.worker.run(job)
+        response.names = [neighbour.name for neighbour in neighbours]
+        response.distances = [float(neighbour.distance) for neighbour in neighbours]
+        response.success = bool(neighbours)
+        if not neighbours:
+            response.message = 'no relation is remembered'
+
+    def _remember(self, request: Remember.Request, response: Remember.Response) -> None:
+        scene = self._scenes.given_or_seen(request.scene, request.object_ids, what='scene').scene
+
+        def job() -> None:
+            metric = self._host.metric()
+            embedding = metric.embed_scenes([scene])[0]
+            self._memory.remember(
+                request.name, scene, embedding, metric.model_hash, replace=bool(request.replace)
+            )
+
+        self._host.worker.run(job)
+        response.success = True
+        response.message = f'{scene.relative.object_id} to {scene.base.object_id}'
+
+    def _recall(self, request: Recall.Request, response: Recall.Response) -> None:
+        response.scene = scene_to_msg(self._memory.get(request.name))
+        response.success = True
+
+    def _forget(self, request: Forget.Request, response: Forget.Response) -> None:
+        self._memory.forget(request.name)
+        response.success = True
+
+    def _list(self, _: ListRelations.Request, response: ListRelations.Response) -> None:
+        relations = self._memory.list()
+        response.names = [relation.name for relation in relations]
+        response.base_ids = [relation.base_id for relation in relations]
+        response.relative_ids = [relation.relative_id for relation in relations]
+        response.success = True
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Runs the node until it is asked to stop; returns the exit code."""
+    return run_node(MetricNode, arguments)
+
+
+if __name__ == '__main__':
+    sys.exit(main())

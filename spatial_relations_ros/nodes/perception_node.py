@@ -1,0 +1,210 @@
+"""perception_node: clouds and tracked poses in, scenes out."""
+
+from __future__ import annotations
+
+import itertools
+import math
+import sys
+import threading
+import time
+from collections.abc import Sequence
+from typing import Any
+
+from geometry_msgs.msg import PoseStamped
+from sensor_msgs.msg import PointCloud2
+from spatial_relations_msgs.msg import Scene as SceneMsg
+from spatial_relations_msgs.msg import TrackedObjectArray
+from spatial_relations_msgs.srv import GetScene
+from tf2_msgs.msg import TFMessage
+from visualization_msgs.msg import MarkerArray
+
+from spatial_relations_ros.core import CloudFormatError, InvalidSceneError, UnknownObjectError
+from spatial_relations_ros.nodes.inbox import Inbox
+from spatial_relations_ros.nodes.perception_parameters import (
+    PERCEPTION_PARAMETERS,
+    make_pipeline,
+    ordered_pairs,
+)
+from spatial_relations_ros.perception.border import Frame, FrameResult
+from spatial_relations_ros.perception.point_cloud2 import read_xyz
+from spatial_relations_ros.ros import qos
+from spatial_relations_ros.ros.conversions import (
+    header_to_msg,
+    scene_object_to_msg,
+    scene_to_msg,
+    stamp_ns_from_msg,
+)
+from spatial_relations_ros.ros.diagnostics import OK, WARN, State
+from spatial_relations_ros.ros.markers import object_markers
+from spatial_relations_ros.ros.relations_node import RelationsNode
+from spatial_relations_ros.ros.running import run_node
+from spatial_relations_ros.ros.tracking_messages import (
+    pose_topic,
+    track,
+    tracks_of_array,
+    tracks_of_detections,
+    transforms_of_tf,
+)
+
+try:
+    from vision_msgs.msg import Detection3DArray
+except ImportError:  # optional: one of several sources of poses
+    Detection3DArray = None
+
+POINTS = '~/points'
+
+
+class PerceptionNode(RelationsNode):
+    """Gives the scenes of tracked objects as of the latest cloud."""
+
+    def __init__(self, **node_arguments: Any) -> None:
+        super().__init__('perception_node', PERCEPTION_PARAMETERS, **node_arguments)
+        self._pipeline = make_pipeline(self.parameters)
+        self._inbox = Inbox()
+        self._lock = threading.Lock()
+        self._latest: FrameResult | None = None
+        self._latest_arrival_sec = -math.inf
+        self._last_published_sec = -math.inf
+        self._scene_publisher = self.create_publisher(SceneMsg, '~/scenes', qos.SCENES)
+        self._marker_publisher = self.create_publisher(MarkerArray, '~/markers', qos.SCENES)
+        self._subscribe_to_poses()
+        is_reliable = self.parameters.flag('reliable_points')
+        self.subscribe(
+            PointCloud2, POINTS, self._on_points, qos.latest_cloud(is_reliable=is_reliable)
+        )
+        self.serve(GetScene, '~/get_scene', self._get_scene)
+        self.diagnostics.add_state('objects', self._objects_state)
+
+    def _subscribe_to_poses(self) -> None:
+        inbox = self._inbox
+        self.subscribe(
+            TrackedObjectArray,
+            '~/tracked_objects',
+            lambda msg: inbox.add_tracks(tracks_of_array(msg)),
+            qos.TRACKED_POSES,
+        )
+        for entry in self.parameters.texts('pose_topics'):
+            self._subscribe_to_pose(*pose_topic(entry))
+        if Detection3DArray is not None:
+            self.subscribe(
+                Detection3DArray,
+                '~/detections',
+                lambda msg: inbox.add_tracks(tracks_of_detections(msg)),
+                qos.TRACKED_POSES,
+            )
+        self.subscribe(
+            TFMessage,
+            '/tf',
+            lambda msg: inbox.add_transforms(*transforms_of_tf(msg, is_static=False)),
+            qos.TRANSFORMS,
+        )
+        self.subscribe(
+            TFMessage,
+            '/tf_static',
+            lambda msg: inbox.add_transforms(*transforms_of_tf(msg, is_static=True)),
+            qos.STATIC_TRANSFORMS,
+        )
+
+    def _subscribe_to_pose(self, object_id: str, topic: str) -> None:
+        def on_pose(msg: PoseStamped) -> None:
+            self._inbox.add_tracks([track(object_id, msg.header, msg.pose)])
+
+        self.subscribe(PoseStamped, topic, on_pose, qos.TRACKED_POSES)
+
+    def _on_points(self, msg: PointCloud2) -> None:
+        if not msg.header.frame_id:
+            raise CloudFormatError('the cloud comes without a frame_id')
+        cloud = read_xyz(msg)
+        tracks, transforms, faults = self._inbox.take()
+        frame = Frame(
+            stamp_ns=stamp_ns_from_msg(msg.header.stamp),
+            frame_id=msg.header.frame_id.lstrip('/'),
+            cloud=cloud,
+            tracks=tracks,
+            transforms=transforms,
+            faults=faults,
+        )
+        result = self._pipeline.step(frame)
+        with self._lock:
+            self._latest, self._latest_arrival_sec = result, time.monotonic()
+        if result.problem is not None:
+            self.report_bad(POINTS, InvalidSceneError(result.problem))
+            return
+        self._publish(result)
+
+    def _publish(self, result: FrameResult) -> None:
+        """Scenes and markers, when someone listens, at most at ``publish_rate``."""
+        now_sec = time.monotonic()
+        if now_sec - self._last_published_sec < 1.0 / self.parameters.number('publish_rate'):
+            return
+        self._last_published_sec = now_sec
+        header = header_to_msg(result.stamp_ns, result.frame_id)
+        if self._marker_publisher.get_subscription_count():
+            objects = result.objects.values()
+            self._marker_publisher.publish(object_markers(objects, header, namespace='objects'))
+        if not self._scene_publisher.get_subscription_count():
+            return
+        pairs: Sequence[tuple[str, str]] = ordered_pairs(self.parameters.texts('pairs'))
+        pairs = pairs or list(itertools.permutations(result.objects, 2))
+        messages = {
+            object_id: scene_object_to_msg(scene_object, header)
+            for object_id, scene_object in result.objects.items()
+        }
+        for base_id, relative_id in pairs:
+            if base_id in messages and relative_id in messages:
+                scene = SceneMsg(
+                    header=header, base=messages[base_id], relative=messages[relative_id]
+                )
+                self._scene_publisher.publish(scene)
+
+    def _get_scene(self, request: GetScene.Request, response: GetScene.Response) -> None:
+        object_ids = list(request.object_ids)
+        if len(object_ids) != 2:
+            raise InvalidSceneError(
+                f'expected two object ids, [base, relative], got {len(object_ids)}: {object_ids}'
+            )
+        result = self._fresh_result()
+        table_height = result.table_height
+        response.scene = scene_to_msg(result.scene(*object_ids))
+        response.table_height = math.nan if table_height is None else float(table_height)
+        response.success = True
+
+    def _fresh_result(self) -> FrameResult:
+        """The result of the latest cloud, not older than ``max_age``."""
+        with self._lock:
+            latest, age_sec = self._latest, time.monotonic() - self._latest_arrival_sec
+        topic = self.resolve_topic_name(POINTS)
+        if latest is None:
+            raise UnknownObjectError(
+                f'no point cloud that can be read has arrived on {topic}; is the sensor running '
+                'and the topic remapped?'
+            )
+        max_age_sec = self.parameters.number('max_age')
+        if max_age_sec and age_sec > max_age_sec:
+            raise UnknownObjectError(
+                f'the last cloud on {topic} came {age_sec:.1f} s ago, max_age is '
+                f'{max_age_sec:g} s; is the sensor still running?'
+            )
+        return latest
+
+    def _objects_state(self) -> State:
+        with self._lock:
+            latest, age_sec = self._latest, time.monotonic() - self._latest_arrival_sec
+        if latest is None:
+            return State(OK, 'waiting for the first cloud')
+        values: dict[str, object] = {'age_sec': f'{age_sec:.1f}'}
+        for object_id, item in latest.objects.items():
+            values[object_id] = f'{item.source.name}, support {item.support:.2f}'
+        values |= {object_id: f'rejected: {why}' for object_id, why in latest.rejected.items()}
+        if latest.problem is not None:
+            return State(WARN, latest.problem, values)
+        return State(OK, f'{len(latest.objects)} objects', values)
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Runs the node until it is asked to stop; returns the exit code."""
+    return run_node(PerceptionNode, arguments)
+
+
+if __name__ == '__main__':
+    sys.exit(main())

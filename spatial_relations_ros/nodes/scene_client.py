@@ -1,0 +1,114 @@
+"""Asks the perception node for scenes."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from spatial_relations_msgs.msg import Scene as SceneMsg
+from spatial_relations_msgs.srv import GetScene
+
+from spatial_relations_ros.core import InvalidSceneError, Scene, UnknownObjectError
+from spatial_relations_ros.ros.conversions import one_scene, scene_from_msg
+from spatial_relations_ros.ros.parameters import ParameterSpec
+from spatial_relations_ros.ros.relations_node import RelationsNode
+from spatial_relations_ros.ros.waiting import NoAnswerError, wait_for
+
+SCENE_PARAMETERS = (
+    ParameterSpec(
+        'perception',
+        'perception_node',
+        'Name of the perception node; relative to the namespace.',
+        is_fixed=True,
+    ),
+    ParameterSpec(
+        'service_timeout',
+        5.0,
+        'Longest wait for an answer of another node, seconds.',
+        minimum=0.1,
+        maximum=600.0,
+    ),
+)
+
+
+@dataclass(frozen=True)
+class SeenScene:
+    """A scene with what else was seen; the table's world z is None when it is not known."""
+
+    scene: Scene
+    table_height: float | None = None
+
+
+class SceneClient:
+    """Scenes by object ids, from the perception node; errors are as clear as that node's."""
+
+    def __init__(self, node: RelationsNode) -> None:
+        self._node = node
+        self.service_name = f'{node.parameters.text("perception")}/get_scene'
+        self._client = node.create_client(
+            GetScene, self.service_name, callback_group=node.requests_group
+        )
+
+    @property
+    def is_ready(self) -> bool:
+        """Whether a perception node is there now."""
+        return bool(self._client.service_is_ready())
+
+    def seen(self, object_ids: Sequence[str]) -> SeenScene:
+        """The scene of two objects as they are seen now.
+
+        Raises:
+            UnknownObjectError: when an object is not seen; names those that are.
+            NoAnswerError: when no perception node answers.
+        """
+        request = GetScene.Request(object_ids=list(object_ids))
+        response = call(self._node, self._client, request)
+        if not response.success:
+            raise UnknownObjectError(response.message)
+        table_height = float(response.table_height)
+        return SeenScene(
+            scene_from_msg(response.scene), None if math.isnan(table_height) else table_height
+        )
+
+    def given_or_seen(
+        self, scenes: Sequence[SceneMsg], object_ids: Sequence[str], *, what: str
+    ) -> SeenScene:
+        """The scene of a request that holds either a scene or two object ids.
+
+        Args:
+            scenes: at most one.
+            object_ids: base and relative, or empty.
+            what: names the part of the request in errors.
+
+        Raises:
+            InvalidSceneError: when both or none are given.
+        """
+        if scenes and object_ids:
+            raise InvalidSceneError(f'{what}: give object ids or a scene, not both')
+        given = one_scene(scenes, what)
+        if given is not None:
+            return SeenScene(given)
+        if not object_ids:
+            raise InvalidSceneError(
+                f'{what}: nothing is given; name two objects as [base, relative] or give a scene'
+            )
+        return self.seen(object_ids)
+
+
+def call(node: RelationsNode, client: Any, request: Any) -> Any:
+    """Calls another node's service and waits for its answer.
+
+    Raises:
+        NoAnswerError: when the service is not there or does not answer in time.
+    """
+    timeout_sec = node.parameters.number('service_timeout')
+    if not client.service_is_ready() and not client.wait_for_service(timeout_sec):
+        raise NoAnswerError(
+            f'no service {client.srv_name}: is its node running, and in the same namespace?'
+        )
+    try:
+        return wait_for(client.call_async(request), timeout_sec)
+    except NoAnswerError as error:
+        raise NoAnswerError(f'{client.srv_name}: {error}') from error

@@ -1,0 +1,75 @@
+"""Which scenes an imitation request means."""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import Any
+
+from spatial_relations_msgs.srv import Recall
+
+from spatial_relations_ros.core import (
+    CloudSource,
+    InvalidSceneError,
+    Scene,
+    SceneObject,
+    UnknownRelationError,
+)
+from spatial_relations_ros.nodes.perception_parameters import model_source
+from spatial_relations_ros.nodes.scene_client import SceneClient, SeenScene, call
+from spatial_relations_ros.ros.conversions import scene_from_msg
+from spatial_relations_ros.ros.relations_node import RelationsNode
+
+
+class SceneRequests:
+    """Resolves reference and test of requests.
+
+    Ids are asked of perception, names of the metric node's memory. Objects that are seen get the
+    surface of their model, where it is known.
+    """
+
+    def __init__(self, node: RelationsNode, scenes: SceneClient) -> None:
+        """Reads the parameters ``metric`` and ``models_path`` of the node.
+
+        Raises:
+            ConfigError: when the models' folder does not exist.
+        """
+        self._node, self._scenes = node, scenes
+        self._models = model_source(node.parameters.text('models_path'))
+        self._recall = node.create_client(
+            Recall,
+            f'{node.parameters.text("metric")}/recall',
+            callback_group=node.requests_group,
+        )
+
+    def resolve(self, request: Any) -> tuple[Scene, SeenScene]:
+        """Reference and test of an Imitate request or an ImitateRelation goal.
+
+        Raises:
+            InvalidSceneError: when a scene is given twice or not at all.
+            UnknownObjectError: when an object is not seen.
+            UnknownRelationError: when a name is not remembered.
+            NoAnswerError: when another node does not answer.
+        """
+        reference = self._reference(request)
+        test = self._scenes.given_or_seen(request.test_scene, request.test_ids, what='test')
+        if request.test_ids:
+            base, relative = (self._with_mesh(item) for item in test.scene.objects)
+            scene = dataclasses.replace(test.scene, base=base, relative=relative)
+            test = dataclasses.replace(test, scene=scene)
+        return reference, test
+
+    def _reference(self, request: Any) -> Scene:
+        if not request.reference_name:
+            return self._scenes.given_or_seen(
+                request.reference_scene, request.reference_ids, what='reference'
+            ).scene
+        if request.reference_ids or request.reference_scene:
+            raise InvalidSceneError('reference: give a name, object ids or a scene, only one')
+        response = call(self._node, self._recall, Recall.Request(name=request.reference_name))
+        if not response.success:
+            raise UnknownRelationError(response.message)
+        return scene_from_msg(response.scene)
+
+    def _with_mesh(self, item: SceneObject) -> SceneObject:
+        model = self._models.find(item.object_id) if item.source == CloudSource.MODEL else None
+        return item if model is None else dataclasses.replace(item, mesh=model.mesh)
