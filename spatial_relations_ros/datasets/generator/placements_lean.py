@@ -24,6 +24,7 @@ from spatial_relations_ros.datasets.generator.resting import (
 
 _NUM_DROPS = 9
 _FOOT_HEIGHT = 0.02
+_LEAST_SHARE_INSIDE = 0.35
 
 
 def place_inclined(base: Body, relative: Body, rng: np.random.Generator) -> Pair | str:
@@ -89,11 +90,13 @@ def place_inside_inclined(base: Body, relative: Body, rng: np.random.Generator) 
     if float(np.ptp(vertices[:, 2])) < opening.depth + 0.008:
         return 'below the rim'
     centre = fixed.rotation @ [*opening.centre, 0.0] + fixed.translation
-    return _slide_to_rim(fixed, tilted, direction, centre=centre)
+    rim = float(fixed.translation[2] + opening.rim_z)
+    floor_limit = rim - _LEAST_SHARE_INSIDE * opening.depth
+    return _slide_to_rim(fixed, tilted, direction, centre=centre, floor_limit=floor_limit)
 
 
 def _slide_to_rim(
-    fixed: Placed, tilted: Placed, direction: FloatArray, *, centre: FloatArray
+    fixed: Placed, tilted: Placed, direction: FloatArray, *, centre: FloatArray, floor_limit: float
 ) -> Pair | str:
     """Finds where a tilted body touches with its foot and with its upper part at once.
 
@@ -108,7 +111,7 @@ def _slide_to_rim(
     coarse, on_foot = start.coarse(), None
     step = 2.0 * reach / _NUM_DROPS
     for shift in np.arange(_NUM_DROPS) * step - reach:
-        _, lands_on_foot = _drop(coarse.moved(shift * direction), fixed.coarse())
+        _, lands_on_foot = _drop(coarse.moved(shift * direction), fixed.coarse(), floor_limit)
         if lands_on_foot:
             on_foot = shift
         elif on_foot is not None:
@@ -118,18 +121,19 @@ def _slide_to_rim(
     too_far = on_foot + step
     while too_far - on_foot > 3e-4:
         middle = 0.5 * (on_foot + too_far)
-        if _drop(start.moved(middle * direction), fixed)[1]:
+        if _drop(start.moved(middle * direction), fixed, floor_limit)[1]:
             on_foot = middle
         else:
             too_far = middle
-    landed, _ = _drop(start.moved(on_foot * direction), fixed)
+    landed, _ = _drop(start.moved(on_foot * direction), fixed, floor_limit)
     return fixed, landed
 
 
-def _drop(moving: Placed, fixed: Placed) -> tuple[Placed, bool]:
-    """Lowers a body until it touches, and whether it touches with its lowest part."""
+def _drop(moving: Placed, fixed: Placed, floor_limit: float) -> tuple[Placed, bool]:
+    """Lowers a body until it touches, and whether with its lowest part, in it."""
     travel, point = first_contact(moving, fixed, DOWN)
     to_table = float(moving.world_vertices[:, 2].min())
     landed = moving.moved(DOWN * min(travel, to_table))
     lowest = to_table - min(travel, to_table)
-    return landed, travel <= to_table and point[2] < lowest + _FOOT_HEIGHT
+    highest_foot = min(lowest + _FOOT_HEIGHT, floor_limit)
+    return landed, travel <= to_table and point[2] < highest_foot

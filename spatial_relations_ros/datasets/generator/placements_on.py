@@ -92,7 +92,8 @@ def place_on_edge(base: Body, relative: Body, rng: np.random.Generator) -> Pair 
     # The share of the foot that hangs over; the base must stay under the centre of mass.
     overhang = rng.uniform(0.15, 0.46)
     offset = base_half - foot_half + 2.0 * overhang * foot_half
-    if offset < 0.45 * base_half:
+    # On something much smaller, or by a small part of its own size, it would look centred.
+    if offset < max(0.45 * base_half, 0.3 * foot_half):
         return 'relative too large'
     turn = about_z(rng.uniform(0.0, 2.0 * np.pi))
     moving = above(moving.turned(turn), fixed, centre + offset * direction)
