@@ -8,7 +8,7 @@ import numpy as np
 import open3d as o3d
 import torch
 from numpy.typing import NDArray
-from scipy import ndimage
+from scipy import ndimage, spatial
 
 from spatial_relations_ros.core import SceneObject, TriangleMesh
 from spatial_relations_ros.imitation.distance_field import DistanceField
@@ -25,7 +25,7 @@ class Shape:
     """The solid that an object is, in its own frame.
 
     With a watertight mesh everything is exact. With a cloud alone it is an estimate on a grid of
-    40 cells: cells that hold points, and cells that cannot be reached from outside without
+    at most 40 cells: cells that hold points, and cells that cannot be reached from outside without
     crossing such cells, are solid; openings stay open.
 
     Attributes:
@@ -108,10 +108,10 @@ def _volume_centroid(mesh: TriangleMesh) -> Array:
     return np.asarray(centroid, dtype=np.float32)
 
 
-def _grid(points: Array) -> tuple[float, Array, tuple[int, int, int]]:
+def _grid(points: Array, min_spacing: float = 1e-4) -> tuple[float, Array, tuple[int, int, int]]:
     """Spacing, origin (3,) and node counts of a grid around points."""
     low, high = points.min(axis=0), points.max(axis=0)
-    spacing = max(float((high - low).max()) / _GRID_CELLS, 1e-4)
+    spacing = max(float((high - low).max()) / _GRID_CELLS, min_spacing)
     origin = (low - _MARGIN_CELLS * spacing).astype(np.float32)
     cells = np.ceil((high - low) / spacing).astype(int) + 2 * _MARGIN_CELLS
     return spacing, origin, (int(cells[0]) + 1, int(cells[1]) + 1, int(cells[2]) + 1)
@@ -124,12 +124,18 @@ def _grid_nodes(spacing: float, origin: Array, counts: tuple[int, int, int]) -> 
 
 def _cloud_solid(points: Array) -> tuple[DistanceField, Array, NDArray[np.int32]]:
     """Signed distance and a mesh of cubes for the solid that a cloud seems to enclose."""
-    spacing, origin, counts = _grid(points)
+    # Cells must be wider than the gaps between points, or the solid leaks.
+    neighbours = spatial.KDTree(points).query(points, k=2)[0][:, 1]
+    min_spacing = max(2.0 * float(np.quantile(neighbours, 0.75)), 1e-4)
+    spacing, origin, counts = _grid(points, min_spacing)
     occupied = np.zeros(counts, dtype=bool)
     cells = np.rint((points - origin) / spacing).astype(int)
     occupied[tuple(cells.T)] = True
-    sealed = ndimage.binary_closing(np.pad(occupied, 2), iterations=2)[2:-2, 2:-2, 2:-2]
-    solid = ndimage.binary_fill_holes(sealed | occupied)
+    # Thickened by a cell the shell has no holes; what a flood from outside does not reach, less
+    # that thickness again, is solid.
+    cube = np.ones((3, 3, 3), dtype=bool)
+    flooded = ~ndimage.binary_fill_holes(ndimage.binary_dilation(occupied, cube))
+    solid = occupied | ~ndimage.binary_dilation(flooded, cube)
     outside = ndimage.distance_transform_edt(~solid)
     inside = ndimage.distance_transform_edt(solid)
     # The surface runs through the points, that is through the outermost solid cells.

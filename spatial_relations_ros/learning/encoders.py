@@ -81,14 +81,14 @@ class Jund2018(Encoder):
 
 
 class Compact(Encoder):
-    """A small strided network on 64-pixel images, about 14 times cheaper than ``jund2018``."""
+    """A small strided network on 64-pixel images, for CPUs."""
 
     projection = ProjectionConfig(image_size=64, margin_px=1.0, splat_px=3)
     value_scale = 100.0
     _LAYERS = (  # kernel, channels, stride
-        (5, 32, 2),
-        (3, 64, 2),
-        (3, 64, 1),
+        (5, 24, 2),
+        (3, 48, 2),
+        (3, 48, 1),
         (3, 96, 2),
         (3, 96, 1),
         (3, 128, 2),

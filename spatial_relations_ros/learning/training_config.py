@@ -32,7 +32,7 @@ class TrainingConfig:
     """
 
     encoder: str = 'compact'
-    steps: int = 2000
+    steps: int = 1500
     scenes_per_class: int = 12
     num_points: int = 1024
     loss: str = 'all_pairs'
@@ -43,7 +43,7 @@ class TrainingConfig:
     swap_channels: bool = False
     translation_noise: float = 0.004
     rotation_noise_rad: float = 0.02
-    lifted_clones: int = 24
+    lifted_clones: int = 16
     lifted_weight: float = 0.5
 
     def __post_init__(self) -> None:

@@ -1,0 +1,138 @@
+"""From a dataset folder to weights with a card: what ``relations train`` does."""
+
+from __future__ import annotations
+
+import dataclasses
+import hashlib
+import platform
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+from spatial_relations_ros.core import DatasetFormatError
+from spatial_relations_ros.datasets.freiburg import RelationDataset, Split, load_dataset
+from spatial_relations_ros.evaluation.splits_report import (
+    SplitsReport,
+    confusion_by_name,
+    retrieve,
+)
+from spatial_relations_ros.learning import ModelCard, RelationMetric, load_metric, save_metric
+from spatial_relations_ros.learning.trainer import ProgressCallback, train_encoder
+from spatial_relations_ros.learning.training_config import TrainingConfig, training_config
+from spatial_relations_ros.learning.training_set import TrainingSet
+
+
+def train_metric(
+    data_dir: Path,
+    out: Path,
+    *,
+    config_name: str = 'default',
+    seed: int = 0,
+    steps: int | None = None,
+    held_out_dir: Path | None = None,
+    run_dir: Path | None = None,
+    on_progress: ProgressCallback | None = None,
+) -> ModelCard:
+    """Trains a metric, measures its retrieval on held-out objects and writes weights and card.
+
+    Args:
+        data_dir: labelled scenes in the paper's folder format.
+        out: the safetensors file to write; the card goes beside it.
+        config_name: of a training configuration.
+        seed: of everything random in training.
+        steps: instead of the configuration's.
+        held_out_dir: another dataset, of other objects, for the retrieval numbers; training then
+            uses all of ``data_dir``. None trains on the first object split (else the first scene
+            split) and measures on its test part.
+        run_dir: folder of the checkpoint and the loss curve; a run found there is resumed.
+        on_progress: called after each step.
+
+    Raises:
+        DatasetFormatError: for unusable data.
+        ConfigError: for an unknown configuration.
+        WeightsError: when the checkpoint belongs to another run.
+    """
+    config = training_config(config_name)
+    if steps is not None:
+        config = dataclasses.replace(config, steps=steps)
+    dataset = load_dataset(data_dir)
+    split = None if held_out_dir is not None else _own_split(dataset)
+    names = {entry.name for entry in dataset.scenes} if split is None else set(split.train)
+    training_set = make_training_set(dataset, names)
+    encoder = train_encoder(
+        training_set, config, seed=seed, run_dir=run_dir, on_progress=on_progress
+    )
+    card = ModelCard(
+        encoder=config.encoder,
+        num_points=config.num_points,
+        config={'name': config_name, 'seed': seed, **dataclasses.asdict(config)},
+        data=describe_data(data_dir, dataset, num_scenes=len(training_set.labels)),
+        steps=config.steps,
+        versions=_versions(),
+    )
+    metric = RelationMetric(encoder, card)
+    if held_out_dir is not None:
+        report = retrieve(metric, load_dataset(held_out_dir))
+        held_out: dict[str, Any] = {
+            'data': describe_data(held_out_dir, load_dataset(held_out_dir))
+        }
+    else:
+        assert split is not None
+        only = dataclasses.replace(dataset, splits=(split,), object_splits=())
+        report, held_out = retrieve(metric, only), {'split': split.name}
+    card = dataclasses.replace(card, retrieval={**report_entry(report), **held_out})
+    return save_metric(encoder, card, out)
+
+
+def make_training_set(dataset: RelationDataset, names: set[str]) -> TrainingSet:
+    """The labelled scenes of these names as tensors."""
+    entries = [
+        entry for entry in dataset.scenes if entry.label is not None and entry.name in names
+    ]
+    labels = [int(entry.label) for entry in entries if entry.label is not None]
+    return TrainingSet.from_scenes([dataset.scene_of(entry) for entry in entries], labels)
+
+
+def measure_retrieval(weights: Path | None, data_dir: Path, protocol: str) -> SplitsReport:
+    """Retrieval of a weights file on a dataset."""
+    return retrieve(load_metric(weights), load_dataset(data_dir), protocol=protocol)
+
+
+def report_entry(report: SplitsReport) -> dict[str, Any]:
+    """A report as it stands in a card."""
+    return {**report.summary(), 'confusion': confusion_by_name(report.confusion)}
+
+
+def describe_data(
+    folder: Path, dataset: RelationDataset, *, num_scenes: int | None = None
+) -> dict[str, Any]:
+    """What identifies a dataset: counts and the hash of its scene file."""
+    scenes_file = folder / 'scenes.txt'
+    return {
+        'num_objects': len(dataset.clouds),
+        'num_scenes': len(dataset.scenes) if num_scenes is None else num_scenes,
+        'scenes_sha256': hashlib.sha256(scenes_file.read_bytes()).hexdigest(),
+    }
+
+
+def _own_split(dataset: RelationDataset) -> Split:
+    for split in (*dataset.object_splits, *dataset.splits):
+        return split
+    raise DatasetFormatError(
+        'the dataset has no split to hold scenes out; name another dataset for that'
+    )
+
+
+def _versions() -> dict[str, str]:
+    packages = ('numpy', 'torch', 'roma', 'safetensors')
+    return {'python': platform.python_version(), **{name: version(name) for name in packages}}
+
+
+__all__ = [
+    'TrainingConfig',
+    'describe_data',
+    'make_training_set',
+    'measure_retrieval',
+    'report_entry',
+    'train_metric',
+]

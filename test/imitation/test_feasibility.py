@@ -1,0 +1,68 @@
+import numpy as np
+import pytest
+
+from spatial_relations_ros.core import Pose
+from spatial_relations_ros.core.rotations import matrix_from_rotvec
+from spatial_relations_ros.imitation.contact import Body
+from spatial_relations_ros.imitation.feasibility import check_placement, distance_to_hull
+from spatial_relations_ros.imitation.shape import shape_of
+
+
+@pytest.fixture
+def check(solids):
+    base = solids.box('plate', (0.2, 0.2, 0.05), (0, 0, 0.025))
+
+    def at(position, rotvec=(0, 0, 0), size=(0.06, 0.06, 0.1)):
+        pose = Pose.from_rotation(matrix_from_rotvec(np.array(rotvec, float)), position)
+        item = solids.box('carton', size, (0, 0, 0)).moved_to(pose)
+        bodies = [Body(shape_of(o), o.world_from_object) for o in (item, base)]
+        return check_placement('carton', bodies[0], 'plate', bodies[1], 0.0)
+
+    return at
+
+
+def test_a_box_on_a_plate_is_feasible(check):
+    result = check((0, 0, 0.1))
+    assert result.violations == ()
+    assert result.supported
+    assert result.penetration < 1e-3
+
+
+def test_overlap_is_told_in_millimetres(check):
+    result = check((0, 0, 0.085))
+    assert 'carton would overlap plate by 15 mm' in result.violations[0]
+    assert result.penetration == pytest.approx(0.015, abs=1e-3)
+
+
+def test_hanging_in_the_air_is_told(check):
+    result = check((0, 0, 0.2))
+    assert result.violations == ('carton would hang 150 mm above the table and touch nothing',)
+    assert not result.supported
+
+
+def test_below_the_table_is_told(check):
+    result = check((0.3, 0, 0.03))
+    assert any('20 mm below the table' in text for text in result.violations)
+
+
+def test_too_far_over_the_edge_tips(check):
+    assert check((0.09, 0, 0.1)).supported
+    assert any('tip' in text for text in check((0.12, 0, 0.1)).violations)
+
+
+def test_standing_on_an_edge_tips(check):
+    half_diagonal = 0.03 * np.sqrt(2)
+    on_edge = check((0.3, 0, half_diagonal), rotvec=(0, np.pi / 4, 0), size=(0.06, 0.06, 0.06))
+    assert on_edge.supported  # balanced exactly over its edge
+    leaning = np.array([0, np.pi / 4 - 0.25, 0])
+    lowest = 0.06 * np.abs(matrix_from_rotvec(leaning)[2] / 2).sum()
+    assert not check((0.3, 0, lowest), rotvec=leaning, size=(0.06, 0.06, 0.06)).supported
+
+
+def test_distance_to_a_hull():
+    square = np.array([[0, 0], [1, 0], [1, 1], [0, 1], [0.5, 0.5]])
+    assert distance_to_hull(square, np.array([0.2, 0.7])) == 0.0
+    assert distance_to_hull(square, np.array([1.5, 0.5])) == pytest.approx(0.5)
+    line = np.array([[0.0, 0], [1, 0], [0.5, 0]])
+    assert distance_to_hull(line, np.array([0.5, 0.25])) == pytest.approx(0.25)
+    assert distance_to_hull(np.array([[1.0, 1.0]]), np.array([1.0, 3.0])) == pytest.approx(2.0)
