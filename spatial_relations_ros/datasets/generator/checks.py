@@ -15,7 +15,6 @@ from spatial_relations_ros.datasets.generator.stability import (
     is_stable,
     resting_contacts,
 )
-from spatial_relations_ros.datasets.objects import RestKind
 
 MAX_CONTACT_GAP = 0.0015
 
@@ -133,11 +132,3 @@ def overhang(base: Placed, relative: Placed) -> float:
         width = np.ptp(relative.world_vertices @ direction)
         shares.append(beyond / width)
     return float(max(shares))
-
-
-def rest_kind(placed: Placed) -> RestKind:
-    """Which way up a body is."""
-    up = placed.rotation[2, 2]
-    if up > 0.9:
-        return RestKind.UPRIGHT
-    return RestKind.UPSIDE_DOWN if up < -0.9 else RestKind.SIDE

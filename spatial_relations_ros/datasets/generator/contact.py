@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from spatial_relations_ros.datasets.generator.body import FloatArray, Placed, as_tensor
 
-CONTACT_GAP = 0.001
+CONTACT_GAP = 0.0007
 MAX_PENETRATION = 0.001
 _NEAR = 0.01
 
@@ -128,8 +128,8 @@ def _touching(source: Placed, target: Placed, gap: float) -> tuple[FloatArray, F
     distance = np.linalg.norm(closest['points'].numpy() - query, axis=1)
     face_normals = closest['primitive_normals'].numpy() @ target.rotation.T
     facing = -np.einsum('ij,ij->i', face_normals, normals)
-    # An edge's normal is a mean of faces, hence the wider cone for features.
-    kept = (distance < gap) & (facing > np.where(is_feature, 0.35, 0.85))
+    # Faces touch only when they are parallel; an edge's normal is a mean of its faces.
+    kept = (distance < gap) & (facing > np.where(is_feature, 0.35, 0.97))
     return points[kept], face_normals[kept]
 
 

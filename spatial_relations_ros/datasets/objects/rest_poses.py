@@ -13,6 +13,7 @@ from spatial_relations_ros.core import TriangleMesh
 
 FloatArray = NDArray[np.float64]
 
+_LEVEL_COSINE = np.cos(np.deg2rad(8.0))
 _SAME_PLANE_COSINE = np.cos(np.deg2rad(1.0))
 
 
@@ -107,8 +108,8 @@ def _merge_facets(hull: ConvexHull) -> tuple[list[FloatArray], list[NDArray[np.i
 
 
 def _kind(rotation: FloatArray) -> RestKind:
-    if rotation[2, 2] > 0.9:
+    if rotation[2, 2] > _LEVEL_COSINE:
         return RestKind.UPRIGHT
-    if rotation[2, 2] < -0.9:
+    if rotation[2, 2] < -_LEVEL_COSINE:
         return RestKind.UPSIDE_DOWN
     return RestKind.SIDE
