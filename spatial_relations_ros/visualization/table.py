@@ -49,7 +49,9 @@ class Table:
     def below(points: NDArray[np.floating], height: float | None = None) -> Table:
         """The table under world points (N, 3); at their lowest one unless given."""
         low, high = points.min(axis=0), points.max(axis=0)
-        radius = max(float(np.linalg.norm(high[:2] - low[:2])) / 2.0, 0.01)
+        across = float(np.linalg.norm(high[:2] - low[:2])) / 2.0
+        # Tall things need some table around them too.
+        radius = max(across, 0.5 * float(high[2] - low[2]), 0.01)
         return Table(
             float(low[2]) if height is None else height,
             (np.asarray(low[:2], dtype=np.float64) + high[:2]) / 2.0,

@@ -1,0 +1,126 @@
+"""``relations bench``."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from enum import StrEnum
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from spatial_relations_ros.cli.options import SeedOption, WeightsOption
+from spatial_relations_ros.cli.output import JsonOption, Output, progress_bar
+
+if TYPE_CHECKING:
+    from spatial_relations_ros.evaluation.bench import Bench, Timing
+
+
+class Step(StrEnum):
+    """What can be timed."""
+
+    EMBED = 'embed'
+    IMITATE = 'imitate'
+    TRAIN = 'train'
+    PERCEPTION = 'perception'
+    PAPER = 'paper'
+
+
+def bench(
+    runs: Annotated[int, typer.Option('--runs', min=3, help='Of each step.')] = 20,
+    steps: Annotated[
+        list[Step] | None,
+        typer.Option(
+            '--step', show_default=False,
+            help='Time this step only; repeat for more. All but paper by default: that is '
+            "the paper's setting, for comparison, and takes minutes.",
+        ),
+    ] = None,
+    config: Annotated[
+        str, typer.Option('--config', help='Training configuration of the train step.')
+    ] = 'default',
+    bag: Annotated[
+        Path | None,
+        typer.Option('--bag', metavar='BAG', help='For perception.', show_default='bags/demo'),
+    ] = None,
+    models: Annotated[
+        Path | None,
+        typer.Option(
+            '--models', metavar='DIR', help="The bag's object models.",
+            show_default='bags/objects',
+        ),
+    ] = None,
+    weights: WeightsOption = None,
+    seed: SeedOption = 0,
+    json_path: JsonOption = None,
+) -> None:  # fmt: skip
+    """Time the steps on this machine: medians and spread after a warm-up."""
+    from spatial_relations_ros.cli.provenance import provenance
+    from spatial_relations_ros.evaluation.bench import Bench, timing_rows
+    from spatial_relations_ros.learning import load_metric
+
+    output = Output(json_path)
+    wanted = steps or [Step.EMBED, Step.IMITATE, Step.TRAIN, Step.PERCEPTION]
+    skipped: dict[str, str] = {}
+    if Step.PERCEPTION in wanted and bag is None:
+        bag, models = _shipped_demo(models)
+        if bag is None:
+            skipped['perception'] = 'there is no demo bag here; name one with --bag'
+    metric = load_metric(weights)
+    machine = Bench(metric, runs=runs, seed=seed)
+    timings: list[Timing] = []
+    for step in wanted:
+        if step.value in skipped:
+            continue
+        with progress_bar(step.value) as advance:
+            timings.append(_steps(machine, config, bag, models)[step](advance))
+    rows = timing_rows(timings)
+    output.table(
+        ('step', 'runs', 'median ms', 'p90 ms'),
+        [
+            (row['step'], row['runs'], 1e3 * float(row['median']), 1e3 * float(row['p90']))
+            for row in rows
+        ],
+    )
+    for name, reason in skipped.items():
+        output.say(f'{name}: not measured, {reason}')
+    conditions = provenance()
+    output.say(f'{conditions["num_threads"]} threads, {conditions["cpu"]}')
+    output.write_json(
+        {
+            'timings': rows,
+            'not_measured': skipped,
+            'seed': seed,
+            'model_hash': metric.model_hash,
+            'provenance': conditions,
+        }
+    )
+
+
+def _steps(
+    machine: Bench, config: str, bag: Path | None, models: Path | None
+) -> dict[Step, Callable[[Any], Timing]]:
+    def perception(on_run: Any) -> Timing:
+        from spatial_relations_ros.pipeline import LibraryModels
+
+        assert bag is not None
+        source = None if models is None else LibraryModels(models)
+        return machine.perception(bag, source, on_run)
+
+    return {
+        Step.EMBED: machine.embed,
+        Step.IMITATE: machine.imitate,
+        Step.PAPER: machine.imitate_as_paper,
+        Step.TRAIN: lambda on_run: machine.train_step(config, on_run),
+        Step.PERCEPTION: perception,
+    }
+
+
+def _shipped_demo(models: Path | None) -> tuple[Path | None, Path | None]:
+    """The demo bag of a source checkout and its models."""
+    from spatial_relations_ros.core import ConfigError, share_path
+
+    try:
+        return share_path('bags', 'demo'), models or share_path('bags', 'objects')
+    except ConfigError:
+        return None, models

@@ -1,0 +1,203 @@
+"""``relations imitate``."""
+
+from __future__ import annotations
+
+from enum import StrEnum
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+from rich.markup import escape
+
+from spatial_relations_ros.cli.error_reports import FAILED
+from spatial_relations_ros.cli.options import (
+    DataOption,
+    MemoryOption,
+    ReferenceBase,
+    ReferenceName,
+    ReferencePoses,
+    ReferenceRelative,
+    RememberedName,
+    SeedOption,
+    TestBase,
+    TestName,
+    TestPoses,
+    TestRelative,
+    WeightsOption,
+)
+from spatial_relations_ros.cli.output import JsonOption, Output, progress_bar
+from spatial_relations_ros.cli.pose_files import ROLES
+from spatial_relations_ros.cli.scene_sources import SceneSource
+
+if TYPE_CHECKING:
+    from spatial_relations_ros.core import Scene
+    from spatial_relations_ros.imitation import (
+        ImitationOptions,
+        ImitationProgress,
+        ImitationResult,
+    )
+    from spatial_relations_ros.learning import RelationMetric
+
+
+class Movable(StrEnum):
+    """Which test objects may move."""
+
+    RELATIVE = 'relative'
+    BASE = 'base'
+    BOTH = 'both'
+
+
+def imitate(
+    reference: ReferenceName = None,
+    test: TestName = None,
+    data: DataOption = None,
+    reference_base: ReferenceBase = None,
+    reference_relative: ReferenceRelative = None,
+    reference_poses: ReferencePoses = None,
+    test_base: TestBase = None,
+    test_relative: TestRelative = None,
+    test_poses: TestPoses = None,
+    remembered: RememberedName = None,
+    memory: MemoryOption = None,
+    weights: WeightsOption = None,
+    movable: Annotated[
+        Movable, typer.Option('--movable', help='Which test objects may move.')
+    ] = Movable.RELATIVE,
+    num_answers: Annotated[int, typer.Option('--answers', min=1, help='At most so many.')] = 1,
+    keep_heading: Annotated[
+        bool, typer.Option('--keep-heading', help="Keep the demonstration's direction as well.")
+    ] = False,
+    time_budget: Annotated[
+        float, typer.Option('--time-budget', min=0.0, help='Seconds; 0 for no limit.')
+    ] = 0.0,
+    max_steps: Annotated[
+        int | None,
+        typer.Option('--steps', min=0, help='Of each refinement.', show_default=False),
+    ] = None,
+    table_height: Annotated[
+        float | None,
+        typer.Option(
+            '--table-height', show_default=False,
+            help='World z of the table, metres; where the test objects stand by default.',
+        ),
+    ] = None,
+    seed: SeedOption = 0,
+    out: Annotated[
+        Path | None,
+        typer.Option(
+            '--out', metavar='DIR', help='Write pictures and result.json there.',
+            show_default=False,
+        ),
+    ] = None,
+    json_path: JsonOption = None,
+) -> None:  # fmt: skip
+    """Imitate the relation of the reference objects with the test objects.
+
+    Scenes are named in a dataset (--data DIR --reference R --test T) or given by model files in
+    metres (ply, pcd, obj, stl, off) and a JSON file of their poses:
+    {"base": {"t": [x,y,z], "q_wxyz": [w,x,y,z]}, "relative": {...}}, z up.
+
+    Exit code 1 when no feasible answer nearer to the demonstration was found.
+    """
+    output = Output(json_path)
+    reference_scene = SceneSource(
+        'reference', reference, data, reference_base, reference_relative, reference_poses,
+        remembered, memory,
+    ).load()  # fmt: skip
+    test_scene = SceneSource(
+        'test', test, data, test_base, test_relative, test_poses
+    ).load()  # fmt: skip
+    from spatial_relations_ros.imitation import ImitationOptions
+    from spatial_relations_ros.learning import load_metric
+
+    options = ImitationOptions(
+        movable=ROLES if movable is Movable.BOTH else (movable.value,),
+        num_answers=num_answers,
+        keep_heading=keep_heading,
+        time_budget_sec=time_budget or None,
+        max_steps=ImitationOptions.max_steps if max_steps is None else max_steps,
+        table_height=table_height,
+        seed=seed,
+    )
+    metric = load_metric(weights)
+    result = _run(metric, reference_scene, test_scene, options)
+    _show(output, result, test_scene)
+    content = result_entry(result)
+    output.write_json(content)
+    if out is not None:
+        _write_folder(out, metric, reference_scene, test_scene, result, table_height)
+        output.say(f'pictures and result.json in [bold]{out}[/]')
+    if not result.success:
+        raise typer.Exit(FAILED)
+
+
+def _run(
+    metric: RelationMetric, reference: Scene, test: Scene, options: ImitationOptions
+) -> ImitationResult:
+    from spatial_relations_ros.imitation import imitate as run_imitation
+
+    steps = options.max_steps * (options.num_starts if options.propose else 1)
+    with progress_bar('steps') as advance:
+
+        def on_progress(progress: ImitationProgress) -> bool:
+            advance(progress.step, max(steps, progress.step), f'distance {progress.distance:.3f}')
+            return True
+
+        return run_imitation(metric, reference, test, options, on_progress=on_progress)
+
+
+def result_entry(result: ImitationResult) -> dict[str, Any]:
+    """The result as it stands in JSON."""
+    from spatial_relations_ros.evaluation.entries import answer_entry
+
+    return {
+        'answers': [answer_entry(answer) for answer in result.answers],
+        'initial_distance': float(result.initial_distance),
+        'duration': float(result.duration_sec),
+        'steps': int(result.num_steps),
+    }
+
+
+def _show(output: Output, result: ImitationResult, test: Scene) -> None:
+    mark = '[bold green]imitated[/]' if result.success else '[bold red]not imitated[/]'
+    output.say(f'{mark}: {escape(result.message)}')
+    width = max(len(object_id) for object_id in test.object_ids)
+    for idx, answer in enumerate(result.answers, start=1):
+        feasible = '[green]feasible[/]' if answer.feasible else '[red]not feasible[/]'
+        output.say(f'answer {idx}: distance [bold]{answer.distance:.4f}[/], {feasible}')
+        for role, placement in zip(ROLES, answer.placements, strict=True):
+            t = ' '.join(f'{value:+.4f}' for value in placement.target.translation)
+            q_wxyz = ' '.join(f'{value:+.4f}' for value in placement.target.quat_wxyz)
+            label = f'{role:8} {escape(placement.object_id):{width}}'
+            output.say(f'  {label}  t {t}  q_wxyz {q_wxyz}')
+        for violation in answer.violations:
+            output.say(f'  {escape(violation)}')
+    output.say(
+        f'distance {result.initial_distance:.4f} before, {result.num_steps} steps, '
+        f'{result.duration_sec:.2f} s'
+    )
+
+
+def _write_folder(
+    folder: Path,
+    metric: RelationMetric,
+    reference: Scene,
+    test: Scene,
+    result: ImitationResult,
+    table_height: float | None,
+) -> None:
+    from spatial_relations_ros.cli.output import json_text
+    from spatial_relations_ros.core import atomic_write
+    from spatial_relations_ros.visualization import write_imitation_pictures
+
+    write_imitation_pictures(
+        folder,
+        reference=reference,
+        before=test,
+        after=result.answers[0].scene(test) if result.answers else test,
+        projections=metric.projections,
+        distance_history=result.distance_history,
+        table_height=table_height,
+    )
+    with atomic_write(folder / 'result.json') as temporary:
+        temporary.write_text(json_text(result_entry(result)))

@@ -1,0 +1,173 @@
+"""How long the steps take on this machine: medians and spread after a warm-up.
+
+Scenes come from the project's own generator with a seed, so that two machines time the same work.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import tempfile
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from spatial_relations_ros.core import ConfigError, Scene
+from spatial_relations_ros.datasets.freiburg import RelationDataset, load_dataset
+from spatial_relations_ros.datasets.generator import generate_dataset
+from spatial_relations_ros.evaluation.bag_reader import read_frames
+from spatial_relations_ros.evaluation.training import make_training_set
+from spatial_relations_ros.imitation import ImitationOptions, imitate
+from spatial_relations_ros.learning import ModelCard, RelationMetric, make_encoder
+from spatial_relations_ros.learning.trainer import TrainingProgress, train_encoder
+from spatial_relations_ros.learning.training_config import training_config
+from spatial_relations_ros.perception.object_models import ModelSource
+from spatial_relations_ros.pipeline import Pipeline
+
+NUM_SCENES = 28
+NUM_OBJECTS = 20
+NUM_WARM_UPS = 2
+MIN_RUNS = 3
+# Every relation is imitated with the objects of a scene of another relation.
+_PAPER_POINTS = 2000
+
+OnRun = Callable[[int, int], None]
+
+
+@dataclass(frozen=True)
+class Timing:
+    """Wall times of one step.
+
+    Attributes:
+        name: of the step.
+        seconds: one for each run, warm-up left out.
+    """
+
+    name: str
+    seconds: tuple[float, ...]
+
+    @property
+    def median(self) -> float:
+        """Seconds."""
+        return float(np.median(self.seconds))
+
+    @property
+    def p90(self) -> float:
+        """Seconds."""
+        return float(np.percentile(self.seconds, 90))
+
+
+class Bench:
+    """Times the steps.
+
+    Args:
+        metric: whose embedding and imitation are timed.
+        runs: of each step after the warm-up.
+        seed: of the scenes.
+
+    Raises:
+        ConfigError: for fewer than three runs.
+    """
+
+    def __init__(self, metric: RelationMetric, *, runs: int, seed: int = 0) -> None:
+        if runs < MIN_RUNS:
+            raise ConfigError(f'{runs} runs; at least {MIN_RUNS} tell a median')
+        self.metric, self.runs = metric, runs
+        self._dataset = _generated(seed)
+        self._scenes = [self._dataset.scene_of(entry) for entry in self._dataset.scenes]
+
+    def embed(self, on_run: OnRun | None = None) -> Timing:
+        """The embedding of one scene."""
+        return self._timed(
+            'embed', lambda idx: self.metric.embed_scenes([self._scene(idx)]), on_run
+        )
+
+    def imitate(self, on_run: OnRun | None = None) -> Timing:
+        """One imitation with the default options."""
+        return self._timed(
+            'imitate',
+            lambda idx: imitate(self.metric, *self._request(idx), ImitationOptions()),
+            on_run,
+        )
+
+    def imitate_as_paper(self, on_run: OnRun | None = None) -> Timing:
+        """One imitation as the paper does it: its network, 600 steps of Adam, one start.
+
+        The network's weights are random, which does not change how long it takes.
+        """
+        metric = RelationMetric(
+            make_encoder('jund2018'), ModelCard('jund2018', num_points=_PAPER_POINTS)
+        )
+        return self._timed(
+            'imitate as the paper',
+            lambda idx: imitate(metric, *self._request(idx), ImitationOptions.paper()),
+            on_run,
+        )
+
+    def train_step(self, config_name: str = 'default', on_run: OnRun | None = None) -> Timing:
+        """One step of training."""
+        names = {entry.name for entry in self._dataset.scenes}
+        training_set = make_training_set(self._dataset, names)
+        total = NUM_WARM_UPS + self.runs
+        config = dataclasses.replace(training_config(config_name), steps=total)
+        stamps = [time.perf_counter()]
+
+        def on_progress(progress: TrainingProgress) -> None:
+            stamps.append(time.perf_counter())
+            if on_run is not None:
+                on_run(progress.step, total)
+
+        train_encoder(training_set, config, seed=0, on_progress=on_progress)
+        return Timing('train step', tuple(np.diff(stamps)[NUM_WARM_UPS:].tolist()))
+
+    def perception(
+        self, bag: Path, models: ModelSource | None = None, on_run: OnRun | None = None
+    ) -> Timing:
+        """One step of perception, over the frames of a bag again and again."""
+        frames = list(read_frames(bag))
+        if not frames:
+            raise ConfigError(f'{bag} holds no cloud that can be used')
+        pipeline = Pipeline(models=models)
+        return self._timed(
+            'perception', lambda idx: pipeline.step(frames[idx % len(frames)]), on_run
+        )
+
+    def _scene(self, idx: int) -> Scene:
+        return self._scenes[idx % len(self._scenes)]
+
+    def _request(self, idx: int) -> tuple[Scene, Scene]:
+        return self._scene(idx), self._scene(idx + 1)
+
+    def _timed(self, name: str, step: Callable[[int], object], on_run: OnRun | None) -> Timing:
+        seconds = []
+        total = NUM_WARM_UPS + self.runs
+        for idx in range(total):
+            start = time.perf_counter()
+            step(idx)
+            seconds.append(time.perf_counter() - start)
+            if on_run is not None:
+                on_run(idx + 1, total)
+        return Timing(name, tuple(seconds[NUM_WARM_UPS:]))
+
+
+def timing_rows(timings: Sequence[Timing]) -> list[dict[str, float | int | str]]:
+    """Timings as JSON content."""
+    return [
+        {
+            'step': timing.name,
+            'runs': len(timing.seconds),
+            'median': timing.median,
+            'p90': timing.p90,
+            'min': min(timing.seconds),
+            'max': max(timing.seconds),
+        }
+        for timing in timings
+    ]
+
+
+def _generated(seed: int) -> RelationDataset:
+    with tempfile.TemporaryDirectory(prefix='relations_bench_') as folder:
+        generate_dataset(folder, num_scenes=NUM_SCENES, num_objects=NUM_OBJECTS, seed=seed)
+        return load_dataset(Path(folder))
