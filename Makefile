@@ -86,7 +86,7 @@ $(MESSAGES): $(INSTALLED) $(shell find msg_defs compat -type f)
 	@touch $@
 
 $(PACKAGE): $(MESSAGES) package.xml setup.py setup.cfg \
-  $(shell find spatial_relations_ros config launch models resource -type f -not -name '*.pyc')
+  $(shell find spatial_relations_ros config launch models resource msg_defs/msg -type f -not -name '*.pyc')
 	@echo '[4/4] Building the package'
 	@$(COLCON) --base-paths . --packages-select spatial_relations_ros
 	@for name in $(EXECUTABLES); do \

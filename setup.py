@@ -25,6 +25,8 @@ setup(
         share_files('config'),
         share_files('launch'),
         share_files('models'),
+        # Read without ROS, to decode bags that lack the definitions.
+        share_files('msg_defs/msg'),
     ],
     python_requires='>=3.11',
     install_requires=['setuptools'],

@@ -19,32 +19,32 @@ from tf2_msgs.msg import TFMessage
 from visualization_msgs.msg import MarkerArray
 
 from spatial_relations_ros.core import CloudFormatError, InvalidSceneError, UnknownObjectError
-from spatial_relations_ros.nodes.inbox import Inbox
 from spatial_relations_ros.nodes.perception_parameters import (
     PERCEPTION_PARAMETERS,
     make_pipeline,
     ordered_pairs,
+    pose_topic,
 )
-from spatial_relations_ros.perception.border import Frame, FrameResult
+from spatial_relations_ros.perception.assembler import FrameAssembler
+from spatial_relations_ros.perception.border import FrameResult, TrackedPose, TrackFault
+from spatial_relations_ros.perception.messages import (
+    read_detections,
+    read_pose_stamped,
+    read_tracked_objects,
+    read_transforms,
+    stamp_ns,
+)
 from spatial_relations_ros.perception.point_cloud2 import read_xyz
 from spatial_relations_ros.ros import qos
 from spatial_relations_ros.ros.conversions import (
     header_to_msg,
     scene_object_to_msg,
     scene_to_msg,
-    stamp_ns_from_msg,
 )
 from spatial_relations_ros.ros.diagnostics import OK, WARN, State
 from spatial_relations_ros.ros.markers import object_markers
 from spatial_relations_ros.ros.relations_node import RelationsNode
 from spatial_relations_ros.ros.running import run_node
-from spatial_relations_ros.ros.tracking_messages import (
-    pose_topic,
-    track,
-    tracks_of_array,
-    tracks_of_detections,
-    transforms_of_tf,
-)
 
 try:
     from vision_msgs.msg import Detection3DArray
@@ -60,8 +60,10 @@ class PerceptionNode(RelationsNode):
     def __init__(self, **node_arguments: Any) -> None:
         super().__init__('perception_node', PERCEPTION_PARAMETERS, **node_arguments)
         self._pipeline = make_pipeline(self.parameters)
-        self._inbox = Inbox()
-        self._lock = threading.Lock()
+        self._assembler = FrameAssembler()
+        # Of the assembler and the pipeline: each topic has its own thread.
+        self._input_lock = threading.Lock()
+        self._result_lock = threading.Lock()
         self._latest: FrameResult | None = None
         self._latest_arrival_sec = -math.inf
         self._last_published_sec = -math.inf
@@ -76,11 +78,10 @@ class PerceptionNode(RelationsNode):
         self.diagnostics.add_state('objects', self._objects_state)
 
     def _subscribe_to_poses(self) -> None:
-        inbox = self._inbox
         self.subscribe(
             TrackedObjectArray,
             '~/tracked_objects',
-            lambda msg: inbox.add_tracks(tracks_of_array(msg)),
+            lambda msg: self._add_tracks(*read_tracked_objects(msg)),
             qos.TRACKED_POSES,
         )
         for entry in self.parameters.texts('pose_topics'):
@@ -89,43 +90,43 @@ class PerceptionNode(RelationsNode):
             self.subscribe(
                 Detection3DArray,
                 '~/detections',
-                lambda msg: inbox.add_tracks(tracks_of_detections(msg)),
+                lambda msg: self._add_tracks(*read_detections(msg)),
                 qos.TRACKED_POSES,
             )
-        self.subscribe(
-            TFMessage,
-            '/tf',
-            lambda msg: inbox.add_transforms(*transforms_of_tf(msg, is_static=False)),
-            qos.TRANSFORMS,
-        )
-        self.subscribe(
-            TFMessage,
-            '/tf_static',
-            lambda msg: inbox.add_transforms(*transforms_of_tf(msg, is_static=True)),
-            qos.STATIC_TRANSFORMS,
-        )
+        self.subscribe(TFMessage, '/tf', self._on_transforms, qos.TRANSFORMS)
+        self.subscribe(TFMessage, '/tf_static', self._on_static_transforms, qos.STATIC_TRANSFORMS)
 
     def _subscribe_to_pose(self, object_id: str, topic: str) -> None:
         def on_pose(msg: PoseStamped) -> None:
-            self._inbox.add_tracks([track(object_id, msg.header, msg.pose)])
+            self._add_tracks(*read_pose_stamped(msg, object_id))
 
         self.subscribe(PoseStamped, topic, on_pose, qos.TRACKED_POSES)
+
+    def _add_tracks(self, tracks: Sequence[TrackedPose], faults: Sequence[TrackFault]) -> None:
+        with self._input_lock:
+            self._assembler.add_tracks(tracks, faults)
+
+    def _on_transforms(self, msg: TFMessage) -> None:
+        transforms, faults = read_transforms(msg, is_static=False)
+        with self._input_lock:
+            self._assembler.add_transforms(transforms, faults)
+
+    def _on_static_transforms(self, msg: TFMessage) -> None:
+        """Stored at once: they come only once and must not be crowded out while no cloud comes."""
+        transforms, faults = read_transforms(msg, is_static=True)
+        with self._input_lock:
+            self._assembler.add_transforms((), faults)
+            for transform in transforms:
+                self._pipeline.add_transform(transform)
 
     def _on_points(self, msg: PointCloud2) -> None:
         if not msg.header.frame_id:
             raise CloudFormatError('the cloud comes without a frame_id')
         cloud = read_xyz(msg)
-        tracks, transforms, faults = self._inbox.take()
-        frame = Frame(
-            stamp_ns=stamp_ns_from_msg(msg.header.stamp),
-            frame_id=msg.header.frame_id.lstrip('/'),
-            cloud=cloud,
-            tracks=tracks,
-            transforms=transforms,
-            faults=faults,
-        )
-        result = self._pipeline.step(frame)
-        with self._lock:
+        with self._input_lock:
+            frame = self._assembler.frame(stamp_ns(msg.header.stamp), msg.header.frame_id, cloud)
+            result = self._pipeline.step(frame)
+        with self._result_lock:
             self._latest, self._latest_arrival_sec = result, time.monotonic()
         if result.problem is not None:
             self.report_bad(POINTS, InvalidSceneError(result.problem))
@@ -171,7 +172,7 @@ class PerceptionNode(RelationsNode):
 
     def _fresh_result(self) -> FrameResult:
         """The result of the latest cloud, not older than ``max_age``."""
-        with self._lock:
+        with self._result_lock:
             latest, age_sec = self._latest, time.monotonic() - self._latest_arrival_sec
         topic = self.resolve_topic_name(POINTS)
         if latest is None:
@@ -188,7 +189,7 @@ class PerceptionNode(RelationsNode):
         return latest
 
     def _objects_state(self) -> State:
-        with self._lock:
+        with self._result_lock:
             latest, age_sec = self._latest, time.monotonic() - self._latest_arrival_sec
         if latest is None:
             return State(OK, 'waiting for the first cloud')

@@ -1,7 +1,6 @@
-"""Messages to core types and back.
+"""Core types to messages, and scenes back.
 
-Messages write quaternions scalar last, the core scalar first; the order changes only here, by the
-two functions of ``core.rotations``.
+What trackers and cameras send is read by ``perception``, which bags share.
 """
 
 from __future__ import annotations
@@ -22,56 +21,28 @@ from std_msgs.msg import Header
 
 from spatial_relations_ros.core import (
     CloudSource,
-    InvalidPoseError,
     InvalidSceneError,
     Pose,
     Scene,
     SceneObject,
 )
-from spatial_relations_ros.core.rotations import wxyz_from_xyzw, xyzw_from_wxyz
+from spatial_relations_ros.core.rotations import xyzw_from_wxyz
+from spatial_relations_ros.perception.messages import read_pose, stamp_ns
 from spatial_relations_ros.perception.point_cloud2 import read_xyz
+from spatial_relations_ros.perception.series import NS_PER_SEC
 
-NANOSECONDS = 1_000_000_000
 XYZ_POINT_STEP = 12
 
 
-def stamp_ns_from_msg(stamp: Time) -> int:
-    """Nanoseconds of a builtin_interfaces/Time."""
-    return int(stamp.sec) * NANOSECONDS + int(stamp.nanosec)
-
-
-def stamp_to_msg(stamp_ns: int) -> Time:
+def stamp_to_msg(time_ns: int) -> Time:
     """builtin_interfaces/Time of nanoseconds."""
-    sec, nanosec = divmod(int(stamp_ns), NANOSECONDS)
+    sec, nanosec = divmod(int(time_ns), NS_PER_SEC)
     return Time(sec=sec, nanosec=nanosec)
 
 
-def header_to_msg(stamp_ns: int, frame_id: str) -> Header:
+def header_to_msg(time_ns: int, frame_id: str) -> Header:
     """std_msgs/Header of a time in nanoseconds and a frame."""
-    return Header(stamp=stamp_to_msg(stamp_ns), frame_id=frame_id)
-
-
-def pose_from_msg(msg: PoseMsg) -> Pose:
-    """Pose of a geometry_msgs/Pose.
-
-    Raises:
-        InvalidPoseError: for numbers that are not finite or a quaternion that is no rotation, the
-            all-zero one of a message that nobody filled included.
-    """
-    return _pose_from_parts(msg.position, msg.orientation)
-
-
-def pose_from_transform_msg(msg: object) -> Pose:
-    """Pose ``frame_from_child`` of a geometry_msgs/Transform."""
-    return _pose_from_parts(msg.translation, msg.rotation)  # type: ignore[attr-defined]
-
-
-def _pose_from_parts(position: object, orientation: object) -> Pose:
-    quat_xyzw = np.array([getattr(orientation, axis) for axis in 'xyzw'])
-    if not quat_xyzw.any():
-        raise InvalidPoseError('the quaternion is all zero: the orientation was never filled')
-    translation = np.array([getattr(position, axis) for axis in 'xyz'])
-    return Pose(translation, wxyz_from_xyzw(quat_xyzw))
+    return Header(stamp=stamp_to_msg(time_ns), frame_id=frame_id)
 
 
 def pose_to_msg(pose: Pose) -> PoseMsg:
@@ -139,7 +110,7 @@ def scene_object_from_msg(msg: SceneObjectMsg) -> SceneObject:
     return SceneObject(
         object_id=msg.object_id,
         points=read_xyz(msg.cloud).points,
-        world_from_object=pose_from_msg(msg.pose),
+        world_from_object=read_pose(msg.pose),
         source=source,
         support=float(msg.support),
     )
@@ -160,7 +131,7 @@ def scene_from_msg(msg: SceneMsg) -> Scene:
     return Scene(
         base=scene_object_from_msg(msg.base),
         relative=scene_object_from_msg(msg.relative),
-        stamp_ns=stamp_ns_from_msg(msg.header.stamp),
+        stamp_ns=stamp_ns(msg.header.stamp),
         frame_id=msg.header.frame_id or 'world',
     )
 

@@ -33,7 +33,8 @@ def latest_cloud(*, is_reliable: bool) -> QoSProfile:
 TRACKED_POSES = _keep_last(50, reliability=ReliabilityPolicy.BEST_EFFORT)
 TRANSFORMS = _keep_last(100)
 STATIC_TRANSFORMS = _keep_last(100, durability=DurabilityPolicy.TRANSIENT_LOCAL)
-SCENES = _keep_last(10)
+# One cloud makes a scene of each ordered pair: 90 of ten objects.
+SCENES = _keep_last(100)
 # Answers stay for whoever comes late, RViz or a planner.
 ANSWERS = _keep_last(1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 DIAGNOSTICS = _keep_last(10)

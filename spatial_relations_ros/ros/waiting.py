@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import threading
+import time
 from collections.abc import Callable
 from concurrent.futures import Future as JobFuture
 from concurrent.futures import ThreadPoolExecutor
@@ -13,6 +14,8 @@ from rclpy.task import Future
 from spatial_relations_ros.core import SpatialRelationsError
 
 Result = TypeVar('Result')
+
+POLL_SEC = 0.02
 
 
 class BusyError(SpatialRelationsError):
@@ -88,3 +91,14 @@ class Worker:
         """Drops waiting jobs and tells the running one to end."""
         self._closing.set()
         self._pool.shutdown(wait=False, cancel_futures=True)
+
+
+def wait_until(condition: Callable[[], bool], timeout_sec: float) -> bool:
+    """Waits for a condition that other threads or processes bring about; False when it is late."""
+    pause = threading.Event()
+    end_sec = time.monotonic() + timeout_sec
+    while not condition():
+        if time.monotonic() >= end_sec:
+            return False
+        pause.wait(POLL_SEC)
+    return True
