@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 import os
+import re
 import sys
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -24,6 +25,7 @@ from rich.progress import (
 from rich.table import Table
 
 STDOUT = '-'
+LINE_BREAK = re.compile(r'\n\s*')
 
 JsonOption = Annotated[
     Path | None,
@@ -94,8 +96,14 @@ class Output:
 
 
 def json_text(content: Mapping[str, Any]) -> str:
-    """JSON with an end of line; numbers that JSON cannot hold become null."""
-    return json.dumps(_plain(content), indent=2, allow_nan=False) + '\n'
+    """JSON with an end of line; numbers that JSON cannot hold become null.
+
+    A list of numbers or words stands on one line.
+    """
+    text = json.dumps(_plain(content), indent=2, allow_nan=False)
+    # Within JSON strings a line break is always escaped: the breaks matched here are layout.
+    flat = re.compile(r'\[\n\s+([^][{}]*?)\n\s*\]')
+    return flat.sub(lambda found: f'[{re.sub(LINE_BREAK, " ", found[1])}]', text) + '\n'
 
 
 def _plain(value: Any) -> Any:

@@ -1,0 +1,50 @@
+"""The command as a process of its own."""
+
+import json
+import subprocess
+import sys
+
+COMMAND = [sys.executable, '-m', 'spatial_relations_ros.cli.main']
+HEAVY = ('numpy', 'torch', 'open3d', 'matplotlib', 'cv2', 'rosbags', 'rclpy', 'scipy')
+
+
+def test_loading_the_command_loads_nothing_heavy():
+    code = (
+        'import sys, spatial_relations_ros.cli.main; '
+        f'print([name for name in {HEAVY} if name in sys.modules])'
+    )
+    done = subprocess.run([sys.executable, '-c', code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == '[]'
+
+
+def test_help_names_every_command():
+    done = subprocess.run([*COMMAND, '--help'], capture_output=True, text=True, check=True)
+    for name in (
+        'generate', 'train', 'retrieve', 'imitate', 'embed', 'distance', 'generalize', 'replay',
+        'bench', 'remember', 'nearest', 'list', 'forget', 'version',
+    ):  # fmt: skip
+        assert f' {name} ' in done.stdout
+
+
+def test_a_real_run(data, weights):
+    done = subprocess.run(
+        [
+            *COMMAND, 'distance', '--data', data, '--reference', 'tray_cup_0',
+            '--test', 'tray_cup_0', '--weights', weights, '--json', '-',
+        ],
+        capture_output=True,
+        text=True,
+        check=False,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    assert json.loads(done.stdout)['distance'] < 1e-3
+
+
+def test_errors_reach_the_shell(tmp_path):
+    done = subprocess.run(
+        [*COMMAND, 'replay', str(tmp_path / 'none')], capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 2
+    assert done.stdout == ''
+    assert done.stderr.startswith('error: ')
+    assert 'Traceback' not in done.stderr

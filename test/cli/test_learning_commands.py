@@ -1,0 +1,60 @@
+import json
+
+import pytest
+
+
+def test_train_writes_weights_that_retrieve_can_use(relations, data, tmp_path):
+    out, card_path = tmp_path / 'w.safetensors', tmp_path / 'card.json'
+    result = relations('train', data, '--out', out, '--steps', 1, '--json', card_path)
+    assert result.exit_code == 0, result.output
+    card = json.loads(card_path.read_text())['card']
+    assert card['steps'] == 1
+    assert len(card['sha256']) == 64
+    numbers = tmp_path / 'numbers.json'
+    result = relations('retrieve', data, '--weights', out, '--json', numbers)
+    assert result.exit_code == 0, result.output
+    content = json.loads(numbers.read_text())
+    assert list(content['protocols']) == ['scene']
+    entry = content['protocols']['scene']
+    assert entry['num_queries'] == 2
+    assert 0.0 <= entry['five_of_five'] <= entry['three_of_five'] <= 1.0
+    assert content['model_hash'] == card['sha256']
+    assert content['provenance']['libraries']['torch']
+
+
+def test_retrieve_says_which_splits_there_are(relations, data, weights):
+    result = relations('retrieve', data, '--weights', weights, '--protocol', 'object')
+    assert result.exit_code == 2
+    assert '1 scene splits and 0 object splits' in result.stderr
+
+
+def test_generate_makes_what_it_says(relations, tmp_path):
+    out = tmp_path / 'generated.json'
+    result = relations(
+        'generate', tmp_path / 'data', '--scenes', 28, '--objects', 20, '--points', 64,
+        '--seed', 3, '--json', out,
+    )  # fmt: skip
+    assert result.exit_code == 0, result.output
+    content = json.loads(out.read_text())
+    assert (content['num_scenes'], content['seed']) == (28, 3)
+    assert set(content['scenes_of_relation'].values()) == {4}
+    assert content['num_splits'] == 15
+    assert len((tmp_path / 'data' / 'scenes.txt').read_text().splitlines()) == 29
+
+
+def test_version_tells_what_computes(relations):
+    content = json.loads(relations('version', '--json', '-').stdout)
+    assert content['version'] == '0.1.0'
+    assert {'numpy', 'torch'} <= set(content['libraries'])
+
+
+@pytest.mark.parametrize('runs', [3])
+def test_bench_times_what_is_asked(relations, weights, tmp_path, runs):
+    out = tmp_path / 'bench.json'
+    result = relations(
+        'bench', '--step', 'embed', '--runs', runs, '--weights', weights, '--json', out
+    )
+    assert result.exit_code == 0, result.output
+    (timing,) = json.loads(out.read_text())['timings']
+    assert (timing['step'], timing['runs']) == ('embed', runs)
+    assert 0.0 < timing['min'] <= timing['median'] <= timing['p90'] <= timing['max']

@@ -1,0 +1,57 @@
+import json
+
+
+def test_remember_find_imitate_and_forget(relations, data, weights, tmp_path):
+    def scene(name):
+        return ['--data', data, '--scene', name, '--weights', weights]
+
+    for name in ('tray_cup_0', 'carton_can_0'):
+        result = relations('remember', f'my {name}', *scene(name))
+        assert result.exit_code == 0, result.output
+    assert (tmp_path / 'share' / 'spatial_relations_ros' / 'relations.sqlite3').is_file()
+
+    listed = json.loads(relations('list', '--json', '-').stdout)['relations']
+    assert [item['name'] for item in listed] == ['my carton_can_0', 'my tray_cup_0']
+    assert listed[1]['base_id'] == 'tray'
+    assert listed[1]['stamp_ns'] > 1_000_000_000_000_000_000
+
+    found = json.loads(relations('nearest', *scene('tray_cup_1'), '--json', '-').stdout)
+    assert len(found['neighbours']) == 2
+    nearest, other = found['neighbours']
+    assert nearest['distance'] <= other['distance']
+    same = json.loads(relations('nearest', *scene('tray_cup_0'), '-k', '1', '--json', '-').stdout)
+    assert same['neighbours'][0]['name'] == 'my tray_cup_0'
+    assert same['neighbours'][0]['distance'] < 1e-3
+
+    taken = relations('remember', 'my tray_cup_0', *scene('tray_cup_1'))
+    assert taken.exit_code == 2
+    assert 'remembered already' in taken.stderr
+    assert relations('remember', 'my tray_cup_0', *scene('tray_cup_1'), '--replace').exit_code == 0
+
+    assert relations('forget', 'my tray_cup_0').exit_code == 0
+    again = relations('forget', 'my tray_cup_0')
+    assert again.exit_code == 2
+    assert "there are 'my carton_can_0'" in again.stderr
+
+
+def test_a_remembered_relation_can_be_imitated(relations, data, weights, tmp_path):
+    memory = tmp_path / 'memory.sqlite3'
+    out = tmp_path / 'out.json'
+    relations(
+        'remember', 'on tray', '--data', data, '--scene', 'tray_cup_0',
+        '--weights', weights, '--memory', memory,
+    )  # fmt: skip
+    result = relations(
+        'imitate', '--remembered', 'on tray', '--memory', memory, '--data', data,
+        '--test', 'carton_can_0', '--weights', weights, '--steps', 0, '--json', out,
+    )  # fmt: skip
+    assert result.exit_code in (0, 1), result.output
+    assert json.loads(out.read_text())['answers']
+
+
+def test_another_files_error(relations, tmp_path):
+    notes = tmp_path / 'notes.txt'
+    notes.write_text('not a database, but long enough to look at ' * 10)
+    result = relations('list', '--memory', notes)
+    assert result.exit_code == 1
+    assert 'not a file of remembered relations' in result.stderr
