@@ -26,7 +26,7 @@ class DistanceField:
     def sample(self, points: Tensor) -> Tensor:
         """Trilinear signed distance (...) at points (..., 3); differentiable.
 
-        Beyond the grid the distance to the grid is added, which stays below the true distance.
+        Beyond the grid the distance to the grid is added, which is at least the true distance.
         """
         counts = torch.tensor(self.values.shape, dtype=points.dtype, device=points.device)
         node = (points - self.origin) / self.spacing
@@ -39,4 +39,4 @@ class DistanceField:
         beyond = (node - clamped).square().sum(dim=-1)
         is_beyond = beyond > 0.0
         distance = torch.where(is_beyond, beyond, 1.0).sqrt() * self.spacing
-        return torch.where(is_beyond, distance + torch.clamp(inside, max=self.spacing), inside)
+        return inside + torch.where(is_beyond, distance, 0.0)

@@ -1,0 +1,154 @@
+import dataclasses
+
+import numpy as np
+import pytest
+import torch
+
+from spatial_relations_ros.core import (
+    ConfigError,
+    DatasetFormatError,
+    Pose,
+    Relation,
+    Scene,
+    WeightsError,
+)
+from spatial_relations_ros.learning.trainer import train_encoder
+from spatial_relations_ros.learning.training_config import TrainingConfig, training_config
+from spatial_relations_ros.learning.training_set import TrainingSet, augment, lift_and_tilt
+
+TINY = TrainingConfig(steps=12, scenes_per_class=4, num_points=128, lifted_clones=3)
+
+
+@pytest.fixture(scope='module')
+def training_set(solids):
+    """Small boxes on top of and next to larger ones."""
+    base = solids.box('base', (0.2, 0.2, 0.1), (0, 0, 0.05))
+    relative = solids.box('relative', (0.08, 0.08, 0.08), (0, 0, 0))
+    rng = np.random.default_rng(0)
+    scenes, labels = [], []
+    for _ in range(8):
+        x, y = rng.uniform(-0.05, 0.05, 2)
+        scenes.append(Scene(base, relative.moved_to(Pose(np.array([x, y, 0.14])))))
+        scenes.append(Scene(base, relative.moved_to(Pose(np.array([0.18 + x, y, 0.04])))))
+        labels += [Relation.ON_TOP, Relation.NEXT_TO]
+    return TrainingSet.from_scenes(scenes, labels)
+
+
+def test_a_batch_has_equally_many_scenes_of_each_relation(training_set):
+    rows = training_set.draw_scenes(5, torch.Generator().manual_seed(0))
+    labels = training_set.labels[rows]
+    assert (labels == Relation.ON_TOP).sum() == 5
+    assert (labels == Relation.NEXT_TO).sum() == 5
+
+
+def test_points_are_at_the_poses_of_their_scene(training_set):
+    rows = torch.arange(4)
+    points = training_set.points(rows, 500, torch.Generator().manual_seed(0))
+    middle = 0.5 * (points.amax(dim=2) + points.amin(dim=2))
+    np.testing.assert_allclose(middle.numpy(), training_set.translations[rows].numpy(), atol=0.01)
+
+
+def test_augmentation_turns_about_z_and_keeps_heights(training_set):
+    rows = torch.arange(6)
+    points = training_set.points(rows, 200, torch.Generator().manual_seed(0))
+    config = dataclasses.replace(TINY, translation_noise=0.0, rotation_noise_rad=0.0)
+    turned = augment(points, config, torch.Generator().manual_seed(1))
+    assert torch.allclose(turned[..., 2], points[..., 2], atol=1e-5)
+    assert torch.allclose(turned[..., :2].norm(dim=-1), points[..., :2].norm(dim=-1), atol=1e-5)
+    assert not torch.allclose(turned, points, atol=1e-2)
+
+
+def test_channels_are_swapped_only_when_asked_for(training_set):
+    rows = torch.arange(16)
+    points = training_set.points(rows, 300, torch.Generator().manual_seed(0))
+    heights = points[..., 2].amax(dim=2) - points[..., 2].amin(dim=2)
+    for swap in (False, True):
+        config = dataclasses.replace(
+            TINY, translation_noise=0.0, rotation_noise_rad=0.0, swap_channels=swap
+        )
+        view = augment(points, config, torch.Generator().manual_seed(1))
+        new_heights = view[..., 2].amax(dim=2) - view[..., 2].amin(dim=2)
+        swapped = (new_heights[:, 0] - heights[:, 1]).abs() < 1e-4
+        assert bool(swapped.any()) is swap
+        assert not bool(swapped.all())
+
+
+def test_lifted_scenes_move_the_relative_object_by_the_told_amount(training_set):
+    points = training_set.points(torch.arange(16), 400, torch.Generator().manual_seed(0))
+    changed, amount = lift_and_tilt(points, torch.Generator().manual_seed(2))
+    assert torch.equal(changed[:, 0], points[:, 0])
+    motion = (changed[:, 1] - points[:, 1]).norm(dim=-1).mean(dim=-1)
+    assert 0.0 <= float(amount.min()) <= float(amount.max()) <= 1.0
+    assert float(np.corrcoef(motion.numpy(), amount.numpy())[0, 1]) > 0.7
+
+
+def test_training_lowers_the_loss_and_repeats_itself(training_set):
+    losses = []
+    first = train_encoder(
+        training_set, TINY, seed=3, on_progress=lambda progress: losses.append(progress.loss)
+    )
+    second = train_encoder(training_set, TINY, seed=3)
+    assert len(losses) == TINY.steps
+    assert np.mean(losses[-3:]) < 0.5 * np.mean(losses[:3])
+    for name, tensor in first.state_dict().items():
+        assert torch.equal(tensor, second.state_dict()[name]), name
+
+
+def test_a_killed_run_ends_in_the_same_place(training_set, tmp_path):
+    class KilledError(Exception):
+        pass
+
+    def kill_at_six(progress):
+        if progress.step == 6:
+            raise KilledError
+
+    whole = train_encoder(training_set, TINY, seed=5, run_dir=tmp_path / 'whole')
+    run_dir = tmp_path / 'killed'
+    import spatial_relations_ros.learning.trainer as trainer
+
+    seconds, trainer.CHECKPOINT_SECONDS = trainer.CHECKPOINT_SECONDS, 0.0
+    try:
+        with pytest.raises(KilledError):
+            train_encoder(training_set, TINY, seed=5, run_dir=run_dir, on_progress=kill_at_six)
+    finally:
+        trainer.CHECKPOINT_SECONDS = seconds
+    steps = []
+    resumed = train_encoder(
+        training_set, TINY, seed=5, run_dir=run_dir, on_progress=lambda p: steps.append(p.step)
+    )
+    assert steps[0] == 7
+    for name, tensor in whole.state_dict().items():
+        assert torch.equal(tensor, resumed.state_dict()[name]), name
+    rows = (run_dir / 'losses.csv').read_text().splitlines()
+    assert len(rows) == TINY.steps + 1
+
+
+def test_a_checkpoint_of_another_run_is_refused(training_set, tmp_path):
+    train_encoder(training_set, TINY, seed=5, run_dir=tmp_path)
+    with pytest.raises(WeightsError, match='another configuration or seed'):
+        train_encoder(training_set, TINY, seed=6, run_dir=tmp_path)
+    (tmp_path / 'checkpoint.pt').write_bytes(b'garbage')
+    with pytest.raises(WeightsError, match='cannot be read'):
+        train_encoder(training_set, TINY, seed=5, run_dir=tmp_path)
+
+
+@pytest.mark.parametrize('loss', ['all_pairs', 'triplet'])
+@pytest.mark.parametrize('optimizer', ['adamw', 'sgdr'])
+def test_every_loss_and_optimizer_takes_steps(training_set, loss, optimizer):
+    config = dataclasses.replace(TINY, steps=2, loss=loss, optimizer=optimizer)
+    encoder = train_encoder(training_set, config, seed=0)
+    assert all(torch.isfinite(p).all() for p in encoder.parameters())
+
+
+def test_a_relation_with_one_scene_is_refused(solids):
+    base = solids.box('base', (0.2, 0.2, 0.1), (0, 0, 0))
+    scene = Scene(base, solids.box('box', (0.1, 0.1, 0.1), (0, 0, 0.1)))
+    with pytest.raises(DatasetFormatError, match='INSIDE'):
+        TrainingSet.from_scenes([scene] * 3, [0, 0, 1])
+    with pytest.raises(DatasetFormatError, match='no labelled scene'):
+        TrainingSet.from_scenes([], [])
+
+
+def test_an_unknown_configuration_names_the_known_ones():
+    with pytest.raises(ConfigError, match='default, jund2018, paper'):
+        training_config('best')
