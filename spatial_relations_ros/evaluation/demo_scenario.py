@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import dataclass
 
 import numpy as np
@@ -24,6 +25,7 @@ MAX_DRAWS = 100
 MAX_FLOOR_GAP = 0.002
 MAX_PENETRATION = 0.0005
 MIN_INSIDE_DEPTH = 0.05
+MIN_GAP = 0.02
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,12 +95,14 @@ def make_scenario(seed: int) -> tuple[DemoObject, ...]:
         placed[base_id] = _standing(base, rng)
     placed['mug'] = _standing(Body.of(mug), rng)
     pair_base = {item.reference_ids[1]: item.reference_ids[0] for item in IMITATIONS}
-    objects = []
     for object_id, body in placed.items():
         x, y = _PLACES[pair_base.get(object_id, object_id)]
-        pose = body.moved(np.array([x, y, TABLE_HEIGHT])).pose()
-        objects.append(DemoObject(object_id, body.body.model, pose, _COLOURS[object_id]))
-    return tuple(objects)
+        placed[object_id] = body.moved(np.array([x, y, TABLE_HEIGHT]))
+    _check_apart(placed, seed)
+    return tuple(
+        DemoObject(object_id, body.body.model, body.pose(), _COLOURS[object_id])
+        for object_id, body in placed.items()
+    )
 
 
 def scenario_surfaces(objects: tuple[DemoObject, ...]) -> list[Surface]:
@@ -110,6 +114,19 @@ def scenario_surfaces(objects: tuple[DemoObject, ...]) -> list[Surface]:
 def world_from_camera() -> Pose:
     """Pose of the infrared camera's optical frame, on a mast before the table."""
     return look_at(CAMERA_POSITION, CAMERA_TARGET)
+
+
+def _check_apart(placed: dict[str, Placed], seed: int) -> None:
+    pairs = [item.reference_ids for item in IMITATIONS]
+    for first, second in itertools.combinations(placed, 2):
+        if (first, second) in pairs:
+            continue
+        gap = clearance(placed[first], placed[second])
+        if gap < MIN_GAP:
+            raise SpatialRelationsError(
+                f'with seed {seed} {first} and {second} are {1000 * gap:.0f} mm apart; '
+                f'another seed may give objects at least {1000 * MIN_GAP:.0f} mm apart'
+            )
 
 
 def _demonstration(imitation: DemoImitation, rng: np.random.Generator) -> tuple[Placed, Placed]:

@@ -1,0 +1,113 @@
+"""The recorder of the demonstration, and the scene that it records."""
+
+import itertools
+
+import numpy as np
+import pytest
+from scipy.spatial import cKDTree
+
+from spatial_relations_ros.core import ConfigError, Relation
+from spatial_relations_ros.datasets.object_files import ObjectLibrary
+from spatial_relations_ros.evaluation.demo_scenario import (
+    IMITATIONS,
+    TABLE_HEIGHT,
+    TABLE_SIZE,
+    make_scenario,
+    world_from_camera,
+)
+from spatial_relations_ros.evaluation.record_demo_bag import (
+    IR_FRAME,
+    RGB_FRAME,
+    RecordingOptions,
+    main,
+    record_demo_bag,
+    static_transforms,
+)
+from spatial_relations_ros.perception.frames import TransformBuffer
+
+SHORT = RecordingOptions(duration_sec=0.2, cloud_rate=5.0, pose_rate=10.0)
+
+
+@pytest.fixture(scope='module')
+def objects():
+    return {item.object_id: item for item in make_scenario(SHORT.seed)}
+
+
+def lowest(item):
+    return item.world_from_object.apply(item.model.mesh.vertices)[:, 2].min()
+
+
+def test_the_same_seed_gives_the_same_bytes(tmp_path):
+    arguments = ['--duration', '0.2', '--cloud-rate', '5']
+    contents = []
+    for name in ('first', 'second'):
+        main([str(tmp_path / name), *arguments])
+        files = sorted(path for path in (tmp_path / name).rglob('*') if path.is_file())
+        contents.append({path.relative_to(tmp_path / name): path.read_bytes() for path in files})
+    assert contents[0] == contents[1]
+    assert len(contents[0]) == 10  # bag, metadata, description and seven meshes
+
+
+def test_each_demonstrated_pair_is_in_contact_and_the_others_stand_on_the_table(objects):
+    supported = {item.reference_ids[1] for item in IMITATIONS}
+    for object_id, item in objects.items():
+        if object_id in supported:
+            assert lowest(item) > TABLE_HEIGHT + 0.003
+        else:
+            assert lowest(item) == pytest.approx(TABLE_HEIGHT, abs=1e-5)
+        reach = np.abs(item.world_from_object.apply(item.model.mesh.vertices)[:, :2])
+        assert (reach < np.array(TABLE_SIZE) / 2).all()
+    for imitation in IMITATIONS:
+        base, relative = (objects[object_id] for object_id in imitation.reference_ids)
+        opening = base.model.opening
+        floor = base.world_from_object.translation[2] + opening.floor_z
+        assert lowest(relative) == pytest.approx(floor, abs=0.002)
+        is_deep = opening.depth > 0.05
+        assert is_deep == (imitation.relation is Relation.INSIDE)
+
+
+def test_objects_that_stand_apart_are_apart(objects):
+    pairs = {frozenset(item.reference_ids) for item in IMITATIONS}
+    rng = np.random.default_rng(0)
+    points = {
+        object_id: item.world_from_object.apply(item.model.mesh.sample_surface(8000, rng))
+        for object_id, item in objects.items()
+    }
+    for first, second in itertools.combinations(points, 2):
+        gap = cKDTree(points[first]).query(points[second])[0].min()
+        if frozenset((first, second)) in pairs:
+            assert gap < 0.003
+        else:
+            assert gap > 0.02
+
+
+def test_the_transforms_place_both_cameras_in_one_housing():
+    buffer = TransformBuffer()
+    for transform in static_transforms(0):
+        buffer.add(transform)
+    assert buffer.lookup('world', IR_FRAME, 0).is_close(world_from_camera())
+    offset = buffer.lookup(IR_FRAME, RGB_FRAME, 0)
+    np.testing.assert_allclose(offset.translation, [-0.052, 0, 0], atol=1e-12)
+    # The housing's frame is that of a body: x forward, where the optical frame's z points.
+    link_from_ir = buffer.lookup('kinect2_link', IR_FRAME, 0)
+    np.testing.assert_allclose(link_from_ir.rotation @ [0, 0, 1], [1, 0, 0], atol=1e-12)
+    np.testing.assert_allclose(link_from_ir.rotation @ [0, -1, 0], [0, 0, 1], atol=1e-12)
+
+
+def test_an_older_recording_is_replaced_and_nothing_else(tmp_path, objects):
+    (tmp_path / 'README.md').touch()
+    (tmp_path / 'demo').mkdir()
+    (tmp_path / 'demo' / 'metadata.yaml').touch()
+    (tmp_path / 'demo' / 'old.mcap').touch()
+    bag = record_demo_bag(tmp_path, SHORT)
+    assert sorted(path.name for path in bag.iterdir()) == ['demo.mcap', 'metadata.yaml']
+    assert (tmp_path / 'README.md').exists()
+    library = ObjectLibrary(tmp_path / 'objects')
+    assert set(library.object_ids) == set(objects)
+    mesh, _ = library['mug']
+    np.testing.assert_array_equal(mesh.vertices, objects['mug'].model.mesh.vertices)
+
+
+def test_refuses_rates_that_record_nothing():
+    with pytest.raises(ConfigError, match='must be positive'):
+        RecordingOptions(cloud_rate=0)
