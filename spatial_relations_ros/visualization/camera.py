@@ -16,6 +16,11 @@ FloatArray = NDArray[np.float64]
 FIELD_OF_VIEW_RAD = math.radians(26.0)
 ELEVATION_RAD = math.radians(27.0)
 PREFERRED_AZIMUTH_RAD = math.radians(-62.0)
+# Looks into containers.
+STEEP_ELEVATION_RAD = math.radians(48.0)
+TURNS_DEG = (0.0, 35.0, -35.0, 70.0, -70.0)
+VIEW_PENALTY = 0.03
+HIDDEN_POINTS = 2000
 MARGIN = 0.86
 MIN_EXTENT = 1e-3
 
@@ -68,9 +73,12 @@ class Camera:
     def ray_directions(self, pixels: NDArray[np.floating]) -> NDArray[np.float32]:
         """World directions (..., 3) through pixels (..., 2); one metre of depth long."""
         centre = np.array([(self.width - 1) / 2.0, (self.height - 1) / 2.0])
-        local = np.ones((*pixels.shape[:-1], 3))
+        local = np.ones((*pixels.shape[:-1], 3), dtype=np.float32)
         local[..., :2] = (pixels - centre) / self.focal_length
-        return (local @ self.world_from_camera.rotation.T).astype(np.float32)
+        directions: NDArray[np.float32] = local @ self.world_from_camera.rotation.T.astype(
+            np.float32
+        )
+        return directions
 
 
 def optical_rotation(azimuth_rad: float, elevation_rad: float) -> FloatArray:
@@ -146,16 +154,22 @@ def frame_objects(
     objects = [scene_object for group in groups for scene_object in group]
     if not objects:
         raise ConfigError('no objects to frame')
-    azimuths = [PREFERRED_AZIMUTH_RAD + math.radians(step) for step in (0, 35, -35, 70, -70)]
-    hidden = [
-        max(hidden_share(group, azimuth, ELEVATION_RAD) for group in groups if group)
-        for azimuth in azimuths
+    views = [
+        (azimuth, elevation)
+        for elevation in (ELEVATION_RAD, STEEP_ELEVATION_RAD)
+        for azimuth in (PREFERRED_AZIMUTH_RAD + math.radians(turn) for turn in TURNS_DEG)
     ]
-    # The preferred side unless another one shows clearly more.
-    penalty = [0.04 * order for order in range(len(azimuths))]
-    azimuth = azimuths[int(np.argmin(np.add(hidden, penalty)))]
+    hidden = [
+        max(hidden_share(group, azimuth, elevation) for group in groups if group)
+        for azimuth, elevation in views
+    ]
+    # The preferred view unless another one shows clearly more.
+    penalty = [VIEW_PENALTY * order for order in range(len(views))]
+    azimuth, elevation = views[int(np.argmin(np.add(hidden, penalty)))]
     points = np.concatenate([outline_points(scene_object) for scene_object in objects])
-    return frame_points(points, azimuth_rad=azimuth, width=width, height=height)
+    return frame_points(
+        points, azimuth_rad=azimuth, elevation_rad=elevation, width=width, height=height
+    )
 
 
 def outline_points(scene_object: SceneObject) -> FloatArray:
@@ -176,7 +190,10 @@ def hidden_share(
     if len(objects) < 2:
         return 0.0
     rotation = optical_rotation(azimuth_rad, elevation_rad)
-    locals_ = [scene_object.world_points @ rotation for scene_object in objects]
+    locals_ = [
+        scene_object.world_points[:: max(1, len(scene_object.points) // HIDDEN_POINTS)] @ rotation
+        for scene_object in objects
+    ]
     stacked = np.concatenate(locals_)
     low = stacked.min(axis=0)
     cell = max(float(np.ptp(stacked[:, :2], axis=0).max()), MIN_EXTENT) / 32.0
