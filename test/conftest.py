@@ -9,7 +9,8 @@ from manifold3d import Manifold
 
 from spatial_relations_ros.core import Pose, SceneObject, TriangleMesh
 
-torch.set_num_threads(2)
+# Small networks: more threads only wait for each other on a busy machine.
+torch.set_num_threads(1)
 
 REPOSITORY = Path(__file__).resolve().parents[1]
 

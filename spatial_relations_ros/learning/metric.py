@@ -51,9 +51,14 @@ class RelationMetric:
         return embeddings
 
     def scene_points(self, scene: Scene) -> NDArray[np.float32]:
-        """World points (2, num_points, 3) of base and relative, as the network takes them."""
+        """Points (2, num_points, 3) of base and relative, as the network takes them.
+
+        World axes; the origin is the base object's, so that scenes far from the world's origin
+        keep their precision.
+        """
+        origin = scene.base.world_from_object.translation
         clouds = [
-            item.world_from_object.apply(resample_points(item.points, self.num_points))
+            item.world_from_object.apply(resample_points(item.points, self.num_points)) - origin
             for item in scene.objects
         ]
         return np.stack(clouds).astype(np.float32)
