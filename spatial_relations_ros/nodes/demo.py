@@ -24,6 +24,7 @@ from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rich.console import Console
 
 from spatial_relations_ros.core import SpatialRelationsError
+from spatial_relations_ros.evaluation.bag_reader import BagReader
 from spatial_relations_ros.learning import load_metric
 from spatial_relations_ros.nodes.bag_player import BagPlayer
 from spatial_relations_ros.nodes.demo_client import DemoClient
@@ -58,6 +59,8 @@ class Demo:
             SpatialRelationsError: when a node, the bag or an answer is missing.
         """
         metric = load_metric(self._weights or None)
+        with BagReader(self._plan.bag):
+            pass  # a bag that cannot be read is known before anything starts
         log_folder = self._out / 'log'
         environment = local_graph(free_domain_id(), log_folder)
         os.environ.update(environment)
@@ -80,7 +83,8 @@ class Demo:
 
     def _say(self, text: str) -> None:
         elapsed_sec = time.monotonic() - self._start_sec
-        self._console.print(f'[dim]{elapsed_sec:6.1f} s[/dim]  {text}', highlight=False)
+        self._console.print(f'[dim]{elapsed_sec:6.1f} s[/dim]  ', end='')
+        self._console.print(text, markup=False, highlight=False, soft_wrap=True)
 
     def _start_nodes(self, processes: NodeProcesses) -> None:
         self._say('starting perception_node, metric_node and imitate_node')
@@ -218,8 +222,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
         _clear(args.out)
         is_good = Demo(plan, args.out, args.weights, console).run()
     except SpatialRelationsError as error:
-        console.print(f'[red]The demonstration failed:[/red] {error}', highlight=False)
-        console.print(f'What the nodes printed is in {args.out / "log"}')
+        console.print('[red]The demonstration failed:[/red]', end=' ')
+        console.print(str(error), markup=False, highlight=False, soft_wrap=True)
+        if (args.out / 'log').is_dir():
+            console.print(f'What the nodes printed is in {args.out / "log"}')
         return 1
     except KeyboardInterrupt:
         console.print('stopped')

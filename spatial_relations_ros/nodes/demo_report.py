@@ -173,9 +173,10 @@ def print_outcome(console: Console, outcome: DemoOutcome) -> None:
         f'feasible: {feasible}; {response.duration:.1f} s'
     )
     for violation in best.violations if best else ():
-        console.print(f'  violation: {violation}')
+        console.print(f'  violation: {violation}', markup=False, soft_wrap=True)
     if outcome.problem:
-        console.print(f'  [red]problem:[/red] {outcome.problem}')
+        console.print('  [red]problem:[/red]', end=' ')
+        console.print(outcome.problem, markup=False, soft_wrap=True)
 
 
 def _numbers(values: list[float]) -> str:

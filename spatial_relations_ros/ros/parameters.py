@@ -19,6 +19,8 @@ from rclpy.parameter import Parameter
 
 from spatial_relations_ros.core import ConfigError
 
+_KINDS = {bool: 'true or false', int: 'an integer', float: 'a number', str: 'a text'}
+
 ParameterValue = bool | int | float | str | list[str]
 
 
@@ -59,9 +61,7 @@ class ParameterSpec:
         if 'true' in self.choices and isinstance(value, bool):
             value = str(value).lower()
         if type(value) is not type(self.default):
-            raise ConfigError(
-                f'{self.name} is {value!r}, expected a {type(self.default).__name__}'
-            )
+            raise ConfigError(f'{self.name} is {value!r}, expected {_KINDS[type(self.default)]}')
         if isinstance(value, float) and not math.isfinite(value):
             if math.isnan(value) and self.may_be_nan:
                 return value

@@ -101,6 +101,10 @@ class NodeProcesses:
         self._processes[executable] = process
         return process
 
+    def process(self, executable: str) -> subprocess.Popen[bytes]:
+        """The process of a node that was started."""
+        return self._processes[executable]
+
     def log_path(self, executable: str) -> Path:
         """What a node printed."""
         return self._log_folder / f'{executable}.log'

@@ -1,0 +1,99 @@
+"""A graph of real node processes with a client in the test's own process."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import threading
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import rclpy
+from diagnostic_msgs.msg import DiagnosticArray
+from rclpy.action import ActionClient
+from rclpy.context import Context
+from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
+from rclpy.node import Node
+from rclpy.qos import QoSProfile
+
+from spatial_relations_ros.ros.domains import free_domain_id
+from spatial_relations_ros.ros.processes import NodeProcesses, local_graph
+from spatial_relations_ros.ros.waiting import wait_for, wait_until
+
+# Limits, not waits: a busy machine needs most of a minute to import PyTorch in three processes.
+START_SEC = 150.0
+ANSWER_SEC = 90.0
+
+
+class Graph:
+    """Node processes on a domain of their own, and a node that talks to them."""
+
+    def __init__(self, folder: Path) -> None:
+        domain_id = free_domain_id()
+        environment = local_graph(domain_id, folder / 'log')
+        os.environ.update(environment)
+        self.processes = NodeProcesses(environment, folder / 'log')
+        self.context = Context()
+        rclpy.init(context=self.context, domain_id=domain_id)
+        self.node = Node('test_client', context=self.context)
+        self.diagnostics: dict[str, Any] = {}
+        self.subscribe(DiagnosticArray, '/diagnostics', self._on_diagnostics, 100)
+        self._executor = SingleThreadedExecutor(context=self.context)
+        self._executor.add_node(self.node)
+        self._thread = threading.Thread(target=self._spin)
+        self._thread.start()
+        self._clients: dict[str, Any] = {}
+
+    def _spin(self) -> None:
+        with contextlib.suppress(ExternalShutdownException):
+            self._executor.spin()
+
+    def _on_diagnostics(self, message: DiagnosticArray) -> None:
+        for status in message.status:
+            self.diagnostics[status.name] = status
+
+    def diagnostic(self, name: str) -> dict[str, str]:
+        """The values last reported under a name, with its message and level."""
+        status = self.diagnostics.get(name)
+        if status is None:
+            return {'message': '', 'level': ''}
+        values = {item.key: item.value for item in status.values}
+        return {**values, 'message': status.message, 'level': str(int.from_bytes(status.level))}
+
+    def subscribe(
+        self, kind: Any, topic: str, callback: Callable[[Any], None], qos: QoSProfile | int
+    ) -> None:
+        self.node.create_subscription(kind, topic, callback, qos)
+
+    def call(self, kind: Any, service: str, /, **fields: Any) -> Any:
+        """Calls a service, waiting for it to come up."""
+        if service not in self._clients:
+            self._clients[service] = self.node.create_client(kind, service)
+        client = self._clients[service]
+        self.wait(client.service_is_ready, f'service {service}', START_SEC)
+        return wait_for(client.call_async(kind.Request(**fields)), ANSWER_SEC)
+
+    def action(self, kind: Any, name: str) -> ActionClient:
+        client = ActionClient(self.node, kind, name)
+        self.wait(client.server_is_ready, f'action {name}', START_SEC)
+        return client
+
+    def wait(
+        self, condition: Callable[[], bool], what: str, timeout_sec: float = ANSWER_SEC
+    ) -> None:
+        """Fails with the nodes' words when one ends, or the condition is late."""
+
+        def holds() -> bool:
+            self.processes.check()
+            return condition()
+
+        assert wait_until(holds, timeout_sec), f'{what} did not come within {timeout_sec:g} s'
+
+    def close(self) -> dict[str, int]:
+        codes = self.processes.stop()
+        self._executor.shutdown()
+        self._thread.join()
+        self.node.destroy_node()
+        rclpy.shutdown(context=self.context)
+        return codes

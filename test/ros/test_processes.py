@@ -1,0 +1,45 @@
+"""Node processes are found, watched and ended; domains are free."""
+
+from __future__ import annotations
+
+import socket
+from pathlib import Path
+
+import pytest
+
+from spatial_relations_ros.ros.domains import (
+    HIGHEST_DOMAIN_ID,
+    PORT_BASE,
+    PORTS_PER_DOMAIN,
+    free_domain_id,
+    used_udp_ports,
+)
+from spatial_relations_ros.ros.processes import (
+    NodeProcesses,
+    NodeProcessError,
+    find_executable,
+    local_graph,
+)
+
+
+def test_the_installed_nodes_are_found() -> None:
+    assert find_executable('imitate_node').name == 'imitate_node'
+    with pytest.raises(NodeProcessError, match='no_such_node is not installed; searched'):
+        find_executable('no_such_node')
+
+
+def test_a_node_that_ends_is_reported_with_its_words(tmp_path: Path) -> None:
+    with NodeProcesses(local_graph(free_domain_id(), tmp_path), tmp_path) as processes:
+        process = processes.start('perception_node', parameters={'max_age': -1.0})
+        assert process.wait(60.0) == 2
+        with pytest.raises(NodeProcessError, match=r'ended with code 2:(.|\n)*max_age'):
+            processes.check()
+
+
+def test_a_used_domain_is_not_chosen() -> None:
+    first = free_domain_id()
+    assert 1 <= first <= HIGHEST_DOMAIN_ID
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as taken:
+        taken.bind(('127.0.0.1', PORT_BASE + PORTS_PER_DOMAIN * first))
+        assert PORT_BASE + PORTS_PER_DOMAIN * first in used_udp_ports()
+        assert free_domain_id() != first
