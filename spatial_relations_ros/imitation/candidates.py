@@ -1,4 +1,4 @@
-"""Starting poses proposed from the shapes: beside, on top, at the edge, inside, leaning.
+"""Starting poses proposed from the shapes: beside, on top, at the edge, in, leaning.
 
 Every proposal rests on the table or on the other object without overlap, as far as moving along
 straight lines until contact can tell. Which of them resembles the demonstration is the metric's
@@ -28,6 +28,8 @@ _LEAN_ANGLES_RAD = (math.radians(20.0), math.radians(40.0))
 _SIDE_GAPS = (0.01, 0.06)
 _EDGE_SHARE = 0.8
 _CLEARANCE = 0.02
+_SILL = 0.012
+_HEADING_STEPS = 30
 
 
 @dataclass(frozen=True)
@@ -55,6 +57,17 @@ class _Proposer:
         lift = top - float(start.world_points[:, 2].min()) + _CLEARANCE
         return drop(start.shifted(np.array([0.0, 0.0, lift])), self.fixed, self.table_height)
 
+    def inserted(self, rotation: NDArray[np.float64], heading: float) -> Body:
+        """Pushed in from the side as far as the other body's middle, then let down."""
+        away = _horizontal(heading)
+        start = self._turned(rotation)
+        apart = self._far_apart(start)
+        start = self._above_table(self._centred(start, away * apart))
+        start = start.shifted(np.array([0.0, 0.0, _SILL]))
+        travel = float(travel_to_contact(start, self.fixed, -away, np.zeros((1, 3)))[0])
+        pushed = start.shifted(-away * min(max(travel - CONTACT_GAP, 0.0), apart))
+        return drop(pushed, self.fixed, self.table_height)
+
     def _turned(self, rotation: NDArray[np.float64]) -> Body:
         pose = Pose.from_rotation(rotation @ self.moving.pose.rotation, np.zeros(3))
         return Body(self.moving.shape, pose)
@@ -80,16 +93,19 @@ def propose_poses(moving: Body, fixed: Body, table_height: float) -> list[Pose]:
         table_height: world height of the table, metres.
 
     Returns:
-        About 60 poses; those that overlap the fixed body are left out.
+        About 100 poses; those that overlap the fixed body are left out.
     """
     proposer = _Proposer(moving, fixed, table_height)
-    headings = [2.0 * math.pi * k / _DIRECTIONS for k in range(_DIRECTIONS)]
-    lying = [_tilt(heading, math.pi / 2.0) for heading in headings[:2]]
-    resting = [np.eye(3), _yaw(math.pi / 2.0), *lying]
+    main = _main_heading(fixed)
+    headings = [main + 2.0 * math.pi * k / _DIRECTIONS for k in range(_DIRECTIONS)]
+    aligned = _yaw(main - _main_heading(moving))
+    lying = [_tilt(heading, math.pi / 2.0) @ aligned for heading in headings[:2]]
+    resting = [np.eye(3), aligned, _yaw(math.pi / 2.0) @ aligned, *lying]
     half_size = 0.5 * np.ptp(fixed.world_points[:, :2], axis=0)
     bodies = []
     for rotation in resting:
         bodies += [proposer.beside(rotation, h, gap) for h in headings for gap in _SIDE_GAPS]
+        bodies += [proposer.inserted(rotation, h) for h in headings]
         bodies.append(proposer.above(rotation, np.zeros(2)))
         bodies += [
             proposer.above(rotation, _EDGE_SHARE * half_size * _horizontal(h)[:2])
@@ -98,9 +114,10 @@ def propose_poses(moving: Body, fixed: Body, table_height: float) -> list[Pose]:
     for heading in headings:
         for angle in _LEAN_ANGLES_RAD:
             # Its top tips towards the other body, or, dropped from above, towards a wall.
-            bodies.append(proposer.beside(_tilt(heading + math.pi, angle), heading, CONTACT_GAP))
+            lean = _tilt(heading + math.pi, angle) @ aligned
+            bodies.append(proposer.beside(lean, heading, CONTACT_GAP))
             inward = -0.3 * half_size * _horizontal(heading)[:2]
-            bodies.append(proposer.above(_tilt(heading, angle), inward))
+            bodies.append(proposer.above(_tilt(heading, angle) @ aligned, inward))
     return [body.pose for body in bodies if overlap(body, fixed)[0] < 2.0 * CONTACT_GAP]
 
 
@@ -116,6 +133,16 @@ def _tilt(heading: float, angle_rad: float) -> NDArray[np.float64]:
     """Rotation that tips the top of an object towards a horizontal heading."""
     axis = np.cross([0.0, 0.0, 1.0], _horizontal(heading))
     return matrix_from_rotvec(angle_rad * axis)
+
+
+def _main_heading(body: Body) -> float:
+    """Horizontal angle, 0 to pi/2, of the tightest upright box around a body."""
+    points = body.world_points[:, :2]
+    angles = np.linspace(0.0, math.pi / 2.0, _HEADING_STEPS, endpoint=False)
+    along = np.stack([np.cos(angles), np.sin(angles)])
+    across = np.stack([-np.sin(angles), np.cos(angles)])
+    areas = np.ptp(points @ along, axis=0) * np.ptp(points @ across, axis=0)
+    return float(angles[int(areas.argmin())])
 
 
 def _box_centre(body: Body) -> NDArray[np.float64]:

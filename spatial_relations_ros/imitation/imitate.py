@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import time
 
 import numpy as np
@@ -94,6 +95,7 @@ class _Imitation:
                 on_step=lambda step, best: self._on_step(step, best, quick),
             )
             answers += self.maker.settled_answers(refined) + self.maker.answers(starts)
+            answers += self.maker.settled_answers(_moved_only(refined, starts))
             winner = int(refined.costs.argmin())
             history = np.concatenate([[initial_distance], distances[:, winner].numpy()])
         ranked = distinct(rank(answers), self.objective.extent)[: self.options.num_answers]
@@ -191,6 +193,11 @@ def _pose_tensors(scenes: list[Scene]) -> tuple[torch.Tensor, torch.Tensor]:
     rotations = np.array([[pose.rotation for pose in pair] for pair in poses], np.float32)
     translations = np.array([[pose.translation for pose in pair] for pair in poses], np.float32)
     return torch.from_numpy(rotations), torch.from_numpy(translations)
+
+
+def _moved_only(refined: PoseBatch, starts: PoseBatch) -> PoseBatch:
+    """Refined positions with the orientations of the starts, which rested on their faces."""
+    return dataclasses.replace(refined, rotations=starts.rotations)
 
 
 def _message(best: ImitationAnswer, initial_distance: float, cancelled: bool) -> str:

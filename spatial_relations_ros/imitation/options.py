@@ -40,10 +40,10 @@ class ImitationOptions:
     num_answers: int = 1
     time_budget_sec: float | None = None
     keep_heading: bool = False
-    num_starts: int = 6
+    num_starts: int = 4
     propose: bool = True
-    max_steps: int = 40
-    learning_rate: float = 0.012
+    max_steps: int = 30
+    learning_rate: float = 0.015
     physics_weight: float = 1.0
     table_height: float | None = None
     approach_height: float = 0.1

@@ -14,9 +14,10 @@ from spatial_relations_ros.core import SceneObject, TriangleMesh
 from spatial_relations_ros.imitation.distance_field import DistanceField
 from spatial_relations_ros.projection import resample_points
 
-CONTACT_POINTS = 1024
+CONTACT_POINTS = 2048
 _GRID_CELLS = 40
 _MARGIN_CELLS = 3
+_GRAZING_DEPTH = 2e-4
 
 Array = NDArray[np.float32]
 
@@ -29,9 +30,10 @@ class Shape:
     crossing such cells, are solid; openings stay open.
 
     Attributes:
-        points: (1024, 3) surface points.
+        points: (2048, 3) surface points.
         field: signed distance on a grid, differentiable.
         centre_of_mass: (3,), of the solid's volume (mesh) or of its surface points (cloud).
+        edges: (E, 2, 3) edges of the mesh; none for a cloud.
         is_estimate: whether the solid comes from a cloud.
     """
 
@@ -41,11 +43,13 @@ class Shape:
         self._caster = o3d.t.geometry.RaycastingScene()
         if mesh is not None:
             self.points = mesh.sample_surface(CONTACT_POINTS, np.random.default_rng(0))
+            self.edges = _edges(mesh)
             self.centre_of_mass = _volume_centroid(mesh)
             self._add_triangles(mesh.vertices, mesh.triangles)
             self.field = self._mesh_field()
         else:
             self.points = resample_points(item.points, CONTACT_POINTS)
+            self.edges = np.zeros((0, 2, 3), dtype=np.float32)
             self.centre_of_mass = self.points.mean(axis=0)
             self.field, vertices, triangles = _cloud_solid(item.points)
             self._add_triangles(vertices, triangles)
@@ -63,6 +67,29 @@ class Shape:
         return np.asarray(
             self._caster.cast_rays(o3d.core.Tensor.from_numpy(rays))['t_hit'].numpy()
         )
+
+    def passes(self, segments: Array) -> NDArray[np.bool_]:
+        """Which segments (N, 2, 3) in the object frame pass all through a wall of the solid.
+
+        A segment that only grazes the surface does not: half way between entering and leaving
+        it must be below the surface.
+        """
+        offsets = segments[:, 1] - segments[:, 0]
+        rays = np.concatenate([segments[:, 0], offsets], axis=1).astype(np.float32)
+        hits = self._caster.list_intersections(o3d.core.Tensor.from_numpy(rays))
+        along, ray = hits['t_hit'].numpy(), hits['ray_ids'].numpy().astype(int)
+        within = (along > 0.0) & (along < 1.0)
+        along, ray = along[within], ray[within]
+        order = np.lexsort((along, ray))
+        along, ray = along[order], ray[order]
+        counts = np.bincount(ray, minlength=len(segments))
+        through = np.flatnonzero((counts > 0) & (counts % 2 == 0))
+        first_hit = np.searchsorted(ray, through)
+        middle = 0.5 * (along[first_hit] + along[first_hit + 1])[:, None]
+        depths = self.signed_distance(segments[through, 0] + middle * offsets[through])
+        passing = np.zeros(len(segments), dtype=bool)
+        passing[through[depths < -_GRAZING_DEPTH]] = True
+        return passing
 
     def _add_triangles(self, vertices: Array, triangles: NDArray[np.int32]) -> None:
         self._caster.add_triangles(
@@ -96,6 +123,11 @@ def _is_watertight(mesh: TriangleMesh) -> bool:
     forward = np.sort(edges[:, 0] * count + edges[:, 1])
     backward = np.sort(edges[:, 1] * count + edges[:, 0])
     return bool(np.array_equal(forward, backward))
+
+
+def _edges(mesh: TriangleMesh) -> Array:
+    pairs = mesh.triangles[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
+    return mesh.vertices[np.unique(np.sort(pairs, axis=1), axis=0)]
 
 
 def _volume_centroid(mesh: TriangleMesh) -> Array:

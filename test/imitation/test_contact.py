@@ -10,6 +10,7 @@ from spatial_relations_ros.imitation.contact import (
     Body,
     drop,
     overlap,
+    reach_through,
     separate,
     settle,
     travel_to_contact,
@@ -77,3 +78,14 @@ def test_settling_lifts_out_of_the_table_and_lets_down(solids):
     tilted = Pose.from_rotation(matrix_from_rotvec(np.array([0, 0.3, 0])), [0.3, 0, 0.0])
     item = solids.box('box', (0.06, 0.06, 0.06), (0, 0, 0)).moved_to(tilted)
     assert bottom(settle(body(item), base, 0.0)) == pytest.approx(0.0, abs=1e-6)
+
+
+def test_crossing_thin_walls_are_found_though_they_are_hardly_deep(solids):
+    cup = body(solids.cup('cup', 0.05, 0.1, (0, 0, 0.05), wall=0.002))
+    across = body(solids.cup('other', 0.05, 0.1, (0.06, 0, 0.08), wall=0.002))
+    assert overlap(across, cup)[0] < 0.003
+    assert reach_through(across, cup) > 0.01
+    beside = body(solids.cup('other', 0.05, 0.1, (0.1005, 0, 0.08), wall=0.002))
+    assert reach_through(beside, cup) == 0.0
+    nested = body(solids.cup('other', 0.04, 0.1, (0, 0, 0.06), wall=0.002))
+    assert reach_through(nested, cup) == 0.0
