@@ -8,10 +8,9 @@ SHELL := bash
 
 VENV := $(CURDIR)/.venv
 PYTHON ?=
-# The CPU build. For a GPU: make TORCH=torch==2.13.0 venv
-TORCH ?= torch==2.13.0+cpu
-# Asked only when the configured package index does not have $(TORCH).
-TORCH_INDEX ?= https://download.pytorch.org/whl/cpu
+# Exactly this release: a range would take the newest, with several GB of CUDA packages. Where the
+# package index offers PyTorch's CPU builds too, as PIP_EXTRA_INDEX_URL can, those are preferred.
+TORCH ?= torch==2.13.0
 # Arguments for pytest or the demo: make test ARGS='test/core -x'
 ARGS ?=
 
@@ -72,9 +71,7 @@ $(MADE):
 
 $(INSTALLED): $(MADE) $(REQUIREMENTS)
 	@echo '[2/4] Installing pinned packages: some minutes and about 2 GB the first time'
-	@index='--extra-index-url $(TORCH_INDEX)'; \
-	  if pip install --dry-run --quiet --no-deps '$(TORCH)' >/dev/null 2>&1; then index=; fi; \
-	  pip install --no-compile -c constraints.txt '$(TORCH)' $$index
+	@pip install --no-compile -c constraints.txt '$(TORCH)'
 	@pip install --no-compile -c constraints.txt -r requirements.txt -r requirements-ros.txt -r requirements-dev.txt
 	@echo '      Importing everything once'
 	@python -c 'import cv2, manifold3d, open3d, rclpy, roma, rosbags, scipy.spatial, torch, typer'
