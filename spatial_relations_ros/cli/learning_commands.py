@@ -137,9 +137,11 @@ def retrieve(
     )
     from spatial_relations_ros.cli.provenance import provenance
 
+    output.say('baselines (hand-made features, LMNN) are not built yet')
     output.write_json(
         {
             'protocols': entries,
+            'baselines': None,
             'data': describe_data(folder, dataset),
             'model_hash': metric.model_hash,
             'provenance': provenance(),

@@ -22,6 +22,7 @@ app = typer.Typer(
     name='relations',
     cls=ReportingGroup,
     no_args_is_help=True,
+    rich_markup_mode='markdown',  # help texts show brackets, which Rich's own markup eats
     pretty_exceptions_enable=False,
     context_settings={'help_option_names': ['-h', '--help']},
 )

@@ -26,6 +26,14 @@ def test_help_names_every_command():
         assert f' {name} ' in done.stdout
 
 
+def test_help_shows_the_pose_format_whole():
+    done = subprocess.run(
+        [*COMMAND, 'imitate', '--help'], capture_output=True, text=True, check=True
+    )
+    words = ' '.join(done.stdout.split())
+    assert '"base": {"t": [x,y,z], "q_wxyz": [w,x,y,z]}' in words
+
+
 def test_a_real_run(data, weights):
     done = subprocess.run(
         [

@@ -1,0 +1,35 @@
+"""The page about the command against the command."""
+
+import re
+from pathlib import Path
+
+import pytest
+import typer
+
+from spatial_relations_ros.cli.main import app
+
+PAGE = Path(__file__).resolve().parents[2] / 'docs' / 'cli.md'
+COMMANDS = typer.main.get_command(app).commands
+
+
+def test_every_command_is_described():
+    headings = ' '.join(re.findall(r'^## (.*)$', PAGE.read_text(), flags=re.MULTILINE))
+    assert set(COMMANDS) <= set(re.split(r'[ ,]+', headings))
+
+
+def test_every_option_in_the_page_exists():
+    known = {
+        option
+        for command in COMMANDS.values()
+        for parameter in command.params
+        for option in parameter.opts
+    } | {'--debug', '--help', '--install-completion'}
+    named = set(re.findall(r'(?<![\w-])--[a-z][a-z-]*', PAGE.read_text()))
+    assert named <= known
+
+
+@pytest.mark.parametrize('name', sorted(COMMANDS))
+def test_every_command_has_json(name):
+    options = {option for parameter in COMMANDS[name].params for option in parameter.opts}
+    assert '--json' in options
+    assert COMMANDS[name].help
