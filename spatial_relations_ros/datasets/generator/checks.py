@@ -84,7 +84,9 @@ def _shape_reason(relation: Relation, base: Placed, relative: Placed) -> str:
         assert opening is not None
         rim = float(base.translation[2] + opening.rim_z)
         reached = (rim - bottom) / min(opening.depth, top - bottom)
-        if reached < (0.5 if relation is Relation.INSIDE else 0.35):
+        least = 0.5 if relation is Relation.INSIDE else 0.35
+        # A tall carton on the floor of a frying pan is not inside of it.
+        if reached < least or rim - bottom < 0.2 * (top - bottom):
             return 'not deep enough'
     if relation is Relation.INSIDE_INCLINED and top < base_top + 0.008:
         return 'below the rim'

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from spatial_relations_ros.datasets.generator.body import FloatArray, Placed, as_tensor
 
-CONTACT_GAP = 0.0007
+CONTACT_GAP = 0.0005
 MAX_PENETRATION = 0.001
 _NEAR = 0.01
 

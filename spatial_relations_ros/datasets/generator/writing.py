@@ -82,12 +82,22 @@ def generate_dataset(
         group = group_of(idx, num_families=len(OBJECT_FAMILIES), groups=groups)
         bodies[group].append(Body.of(model))
     samplers = [SceneSampler(group) for group in bodies]
-    generated = []
+    scenes, truths = [], []
     for idx in range(num_scenes):
-        generated.append(_scene_of_index(idx, samplers, seed=seed))
+        # Only poses and numbers are kept: a scene's contact points take half a megabyte.
+        generated = _scene_of_index(idx, samplers, seed=seed)
+        scenes.append(_relation_scene(idx, generated))
+        truths.append(_ground_truth(scenes[-1].name, generated))
         if on_progress is not None:
             on_progress(idx + 1, num_scenes)
-    _write(folder, models, generated, groups=groups, seed=seed, num_points=num_points)
+    dataset = _dataset(models, scenes, groups=groups, seed=seed, num_points=num_points)
+    write_dataset(folder, dataset)
+    described = {
+        model.name: {'family': model.family, 'dimensions': dict(model.dimensions)}
+        for model in models
+    }
+    write_lines(folder / 'objects.json', [json.dumps(described, indent=1, sort_keys=True)])
+    write_lines(folder / 'ground_truth.jsonl', [json.dumps(truth) for truth in truths])
 
 
 def _scene_of_index(idx: int, samplers: Sequence[SceneSampler], *, seed: int) -> GeneratedScene:
@@ -97,43 +107,28 @@ def _scene_of_index(idx: int, samplers: Sequence[SceneSampler], *, seed: int) ->
     return samplers[group].sample(relation, rng)
 
 
-def _write(
-    folder: Path,
+def _dataset(
     models: Sequence[ObjectModel],
-    generated: Sequence[GeneratedScene],
+    scenes: Sequence[RelationScene],
     *,
     groups: int,
     seed: int,
     num_points: int,
-) -> None:
-    scenes = [_relation_scene(idx, scene) for idx, scene in enumerate(generated)]
-    names = [scene.name for scene in scenes]
-    labels = [scene.relation for scene in generated]
+) -> RelationDataset:
     clouds = {
         model.name: model.points(num_points, np.random.default_rng([seed, _CLOUDS_STREAM, idx]))
         for idx, model in enumerate(models)
     }
+    names = [scene.name for scene in scenes]
+    labels = [Relation(idx % len(Relation)) for idx in range(len(scenes))]
     group_idx = [(idx // len(Relation)) % groups for idx in range(len(scenes))]
     split_rng = np.random.default_rng([seed, _SPLITS_STREAM])
-    dataset = RelationDataset(
+    return RelationDataset(
         clouds,
         tuple(scenes),
         scene_splits(names, labels, num_splits=NUM_SPLITS, rng=split_rng),
         object_splits(names, group_idx, groups=groups, num_splits=NUM_SPLITS),
         {model.name: model.mesh for model in models},
-    )
-    write_dataset(folder, dataset)
-    described = {
-        model.name: {'family': model.family, 'dimensions': dict(model.dimensions)}
-        for model in models
-    }
-    write_lines(folder / 'objects.json', [json.dumps(described, indent=1, sort_keys=True)])
-    write_lines(
-        folder / 'ground_truth.jsonl',
-        [
-            json.dumps(_ground_truth(name, scene))
-            for name, scene in zip(names, generated, strict=True)
-        ],
     )
 
 
