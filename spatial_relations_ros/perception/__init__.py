@@ -1,1 +1,40 @@
-"""Clouds, tracks and frames into scenes; no ROS."""
+"""Clouds and tracked poses in, objects in the world out; no ROS."""
+
+from spatial_relations_ros.perception.assembler import FrameAssembler
+from spatial_relations_ros.perception.border import (
+    Frame,
+    FrameResult,
+    StampedTransform,
+    TrackedPose,
+    TrackFault,
+)
+from spatial_relations_ros.perception.camera import PinholeCamera, estimate_camera
+from spatial_relations_ros.perception.config import PerceptionConfig
+from spatial_relations_ros.perception.cropping import CropConfig
+from spatial_relations_ros.perception.frames import TransformBuffer, TransformBufferConfig
+from spatial_relations_ros.perception.object_models import KnownModel, ModelSource, NoModels
+from spatial_relations_ros.perception.point_cloud2 import PointCloud, read_xyz
+from spatial_relations_ros.perception.scene_perception import ScenePerception
+from spatial_relations_ros.perception.tracks import TrackConfig
+
+__all__ = [
+    'CropConfig',
+    'Frame',
+    'FrameAssembler',
+    'FrameResult',
+    'KnownModel',
+    'ModelSource',
+    'NoModels',
+    'PerceptionConfig',
+    'PinholeCamera',
+    'PointCloud',
+    'ScenePerception',
+    'StampedTransform',
+    'TrackConfig',
+    'TrackFault',
+    'TrackedPose',
+    'TransformBuffer',
+    'TransformBufferConfig',
+    'estimate_camera',
+    'read_xyz',
+]
