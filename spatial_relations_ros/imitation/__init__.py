@@ -1,8 +1,9 @@
 """Pose optimisation through the metric, and feasibility; no ROS."""
 
-from spatial_relations_ros.imitation.imitate import SIMILAR_DISTANCE, imitate
+from spatial_relations_ros.imitation.imitate import imitate
 from spatial_relations_ros.imitation.options import ImitationOptions
 from spatial_relations_ros.imitation.result import (
+    SIMILAR_DISTANCE,
     ImitationAnswer,
     ImitationProgress,
     ImitationResult,

@@ -14,7 +14,11 @@ from spatial_relations_ros.imitation.feasibility import check_placement
 from spatial_relations_ros.imitation.objective import Objective
 from spatial_relations_ros.imitation.options import ImitationOptions
 from spatial_relations_ros.imitation.pose_optimizer import PoseBatch, evaluate
-from spatial_relations_ros.imitation.result import ImitationAnswer, ObjectPlacement
+from spatial_relations_ros.imitation.result import (
+    SIMILAR_DISTANCE,
+    ImitationAnswer,
+    ObjectPlacement,
+)
 
 _SAME_SHIFT = 0.1
 _SAME_TURN_RAD = math.radians(20.0)
@@ -31,9 +35,13 @@ class AnswerMaker:
     movable: tuple[bool, bool]
 
     def best_proposal(self, proposals: PoseBatch) -> ImitationAnswer:
-        """The first feasible one of the nearest few proposals, else the nearest."""
+        """The best of the nearest few proposals."""
         nearest = proposals.select(proposals.costs.argsort()[:_QUICK_CHECKS])
-        return rank(self.answers(nearest))[0]
+        return self.rank(self.answers(nearest))[0]
+
+    def rank(self, answers: list[ImitationAnswer]) -> list[ImitationAnswer]:
+        """Best first; by distance alone when physics is left out."""
+        return rank(answers, physics=self.options.physics_weight > 0.0)
 
     def answers(self, batch: PoseBatch) -> list[ImitationAnswer]:
         """Checked answers at exactly these poses."""
@@ -102,9 +110,14 @@ class AnswerMaker:
         )
 
 
-def rank(answers: list[ImitationAnswer]) -> list[ImitationAnswer]:
-    """Feasible answers first, then the nearest to the demonstration."""
-    return sorted(answers, key=lambda answer: (not answer.feasible, answer.distance))
+def rank(answers: list[ImitationAnswer], *, physics: bool = True) -> list[ImitationAnswer]:
+    """Feasible answers that are similar to the demonstration first, then the nearest attempts."""
+
+    def key(answer: ImitationAnswer) -> tuple[bool, float]:
+        usable = answer.feasible and answer.distance < SIMILAR_DISTANCE
+        return physics and not usable, answer.distance
+
+    return sorted(answers, key=key)
 
 
 def distinct(answers: list[ImitationAnswer], extent: float) -> list[ImitationAnswer]:

@@ -9,13 +9,14 @@ import numpy as np
 import torch
 
 from spatial_relations_ros.core import ImitationError, Pose, Scene
-from spatial_relations_ros.imitation.answers import AnswerMaker, distinct, rank
+from spatial_relations_ros.imitation.answers import AnswerMaker, distinct
 from spatial_relations_ros.imitation.candidates import propose_poses
 from spatial_relations_ros.imitation.contact import Body, lowest_point
 from spatial_relations_ros.imitation.objective import Objective
 from spatial_relations_ros.imitation.options import ROLES, ImitationOptions
 from spatial_relations_ros.imitation.pose_optimizer import PoseBatch, evaluate, refine
 from spatial_relations_ros.imitation.result import (
+    SIMILAR_DISTANCE,
     ImitationAnswer,
     ImitationProgress,
     ImitationResult,
@@ -24,9 +25,6 @@ from spatial_relations_ros.imitation.result import (
 from spatial_relations_ros.imitation.shape import shape_of
 from spatial_relations_ros.learning import RelationMetric
 from spatial_relations_ros.projection import resample_points
-
-# Dissimilar relations were trained to lie at least 1 apart: nearer than half of that is similar.
-SIMILAR_DISTANCE = 0.5
 
 
 def imitate(
@@ -98,7 +96,9 @@ class _Imitation:
             answers += self.maker.settled_answers(_moved_only(refined, starts))
             winner = int(refined.costs.argmin())
             history = np.concatenate([[initial_distance], distances[:, winner].numpy()])
-        ranked = distinct(rank(answers), self.objective.extent)[: self.options.num_answers]
+        ranked = distinct(self.maker.rank(answers), self.objective.extent)[
+            : self.options.num_answers
+        ]
         return self._result(tuple(ranked), history.astype(np.float32), initial_distance)
 
     def _proposals(self, current: PoseBatch) -> PoseBatch:

@@ -10,6 +10,9 @@ from numpy.typing import NDArray
 
 from spatial_relations_ros.core import Pose, Scene
 
+# Dissimilar relations were trained to lie at least 1 apart: nearer than half of that is similar.
+SIMILAR_DISTANCE = 0.5
+
 
 @dataclass(frozen=True)
 class ObjectPlacement:
