@@ -32,14 +32,14 @@ class TrainingConfig:
     """
 
     encoder: str = 'compact'
-    steps: int = 1500
+    steps: int = 2200
     scenes_per_class: int = 12
     num_points: int = 1024
     loss: str = 'all_pairs'
     optimizer: str = 'adamw'
     learning_rate: float = 2e-3
     weight_decay: float = 1e-3
-    warm_restart_steps: int = 1500
+    warm_restart_steps: int = 2200
     swap_channels: bool = False
     translation_noise: float = 0.004
     rotation_noise_rad: float = 0.02
