@@ -53,9 +53,9 @@ def test_a_heavy_side_leaves_no_rest_on_a_small_foot():
 
 
 def test_a_ball_has_next_to_no_footprint():
-    mesh = mesh_of(Manifold.sphere(0.05, 64))
+    mesh = mesh_of(Manifold.sphere(0.05, 32))
     poses = find_rest_poses(mesh, np.zeros(3))
-    assert all(pose.margin < 0.005 for pose in poses)
+    assert all(pose.margin < 0.01 for pose in poses)
 
 
 def test_footprint_margin_of_a_square():
