@@ -1,6 +1,6 @@
 """The short memory of stamped values against a naive one."""
 
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from spatial_relations_ros.perception.series import StampedSeries
@@ -10,6 +10,7 @@ def series(**changes):
     return StampedSeries(**({'history_ns': 100, 'max_samples': 50, 'jump_back_ns': 30} | changes))
 
 
+@settings(deadline=None)
 @given(st.lists(st.integers(1000, 1025), max_size=30), st.integers(990, 1035))
 def test_finds_the_neighbours_in_time_in_any_order_of_arrival(stamps, query):
     memory = series()
@@ -24,6 +25,7 @@ def test_finds_the_neighbours_in_time_in_any_order_of_arrival(stamps, query):
     assert len(memory) == len(last)
 
 
+@settings(deadline=None)
 @given(st.lists(st.integers(0, 10_000), min_size=1, max_size=60))
 def test_is_bounded_in_number_and_age(stamps):
     memory = series(max_samples=5, jump_back_ns=10**6)
