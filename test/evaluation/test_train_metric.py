@@ -1,0 +1,57 @@
+"""From a dataset folder to weights with a card, and back to the card's numbers."""
+
+import pytest
+
+from spatial_relations_ros.core import ConfigError, DatasetFormatError
+from spatial_relations_ros.datasets.freiburg import load_dataset
+from spatial_relations_ros.datasets.generator import generate_dataset
+from spatial_relations_ros.evaluation.gradients import compare_gradients
+from spatial_relations_ros.evaluation.splits_report import retrieve
+from spatial_relations_ros.evaluation.training import measure_retrieval, train_metric
+from spatial_relations_ros.learning import load_metric
+
+
+@pytest.fixture(scope='module')
+def data(tmp_path_factory):
+    folder = tmp_path_factory.mktemp('data') / 'generated'
+    generate_dataset(folder, num_scenes=70, num_objects=40, seed=3)
+    return folder
+
+
+def test_training_writes_weights_whose_card_tells_the_truth(data, tmp_path):
+    out = tmp_path / 'weights.safetensors'
+    card = train_metric(data, out, steps=3, held_out_dir=data, run_dir=tmp_path / 'run')
+    assert card.steps == 3
+    assert card.config['name'] == 'default'
+    assert card.data['num_scenes'] == 70
+    assert load_metric(out).card == card
+    again = measure_retrieval(out, data, 'scene').summary()
+    assert {key: card.retrieval[key] for key in again} == again
+
+
+def test_without_other_data_a_split_is_held_out(data, tmp_path):
+    card = train_metric(data, tmp_path / 'weights.safetensors', steps=2)
+    dataset = load_dataset(data)
+    split = (*dataset.object_splits, *dataset.splits)[0]
+    assert card.retrieval['split'] == split.name
+    assert card.data['num_scenes'] == len(split.train)
+
+
+def test_the_shipped_metric_retrieves_generated_scenes_far_above_chance(data):
+    report = retrieve(load_metric(), load_dataset(data))
+    # 70 scenes only, so neighbours are few; chance is one in seven.
+    assert report.summary()['mean_average_precision'] > 0.5
+    assert report.confusion.sum() == report.summary()['num_queries']
+
+
+def test_the_silhouette_gradient_agrees_with_finite_differences_of_the_metric(data):
+    report = compare_gradients(load_metric(), load_dataset(data), num_cases=12, seed=0)
+    assert report['silhouette']['shift_correlation'] > 0.7
+    assert report['silhouette']['turn_equal_sign'] > 0.6
+
+
+def test_an_unknown_protocol_or_configuration_is_told(data, tmp_path):
+    with pytest.raises(DatasetFormatError, match='no class splits'):
+        retrieve(load_metric(), load_dataset(data), protocol='class')
+    with pytest.raises(ConfigError, match='no configuration'):
+        train_metric(data, tmp_path / 'weights.safetensors', config_name='best')
