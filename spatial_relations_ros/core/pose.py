@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +14,7 @@ from spatial_relations_ros.core.rotations import (
     FloatArray,
     matrix_from_quat_wxyz,
     quat_wxyz_from_matrix,
+    quat_wxyz_product,
 )
 
 QUATERNION_NORM_TOLERANCE = 0.05
@@ -89,10 +91,10 @@ class Pose:
         matrix[:3, 3] = translation
         return Pose.from_matrix(matrix)
 
-    @property
+    @cached_property
     def rotation(self) -> FloatArray:
         """The (3, 3) rotation matrix."""
-        return matrix_from_quat_wxyz(self.quat_wxyz)
+        return _readonly(matrix_from_quat_wxyz(self.quat_wxyz))
 
     def as_matrix(self) -> FloatArray:
         """The homogeneous (4, 4) matrix."""
@@ -107,16 +109,15 @@ class Pose:
 
     def __matmul__(self, other: Pose) -> Pose:
         """``a_from_b @ b_from_c`` is ``a_from_c``."""
-        rotation = self.rotation
         return Pose(
-            rotation @ other.translation + self.translation,
-            quat_wxyz_from_matrix(rotation @ other.rotation),
+            self.rotation @ other.translation + self.translation,
+            quat_wxyz_product(self.quat_wxyz, other.quat_wxyz),
         )
 
     def inverse(self) -> Pose:
         """``world_from_object.inverse()`` is ``object_from_world``."""
-        rotation = self.rotation.T
-        return Pose(-rotation @ self.translation, quat_wxyz_from_matrix(rotation))
+        conjugate = self.quat_wxyz * np.array([1.0, -1.0, -1.0, -1.0])
+        return Pose(-self.rotation.T @ self.translation, conjugate)
 
     def is_close(self, other: Pose, *, metres: float = 1e-6, angle_rad: float = 1e-6) -> bool:
         """Whether both poses agree within a distance and a rotation angle."""
