@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import importlib
+import struct
 import threading
 import time
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -14,14 +16,24 @@ from rclpy.qos import QoSProfile
 
 from spatial_relations_ros.evaluation.bag_reader import BagReader
 from spatial_relations_ros.evaluation.bag_types import POINT_CLOUD
+from spatial_relations_ros.perception.series import NS_PER_SEC
 from spatial_relations_ros.ros import qos
 from spatial_relations_ros.ros.waiting import NoAnswerError, wait_until
+
+CDR_HEADER_BYTES = 4
 
 
 def message_class(msgtype: str) -> Any:
     """The message class of a name such as ``sensor_msgs/msg/PointCloud2``."""
     package, kind, name = msgtype.split('/')
     return getattr(importlib.import_module(f'{package}.{kind}'), name)
+
+
+def stamp_of_cdr(data: bytes) -> int:
+    """Stamp in nanoseconds of a serialized message that begins with a header."""
+    byte_order = '<' if data[1] & 1 else '>'
+    sec, nanosec = struct.unpack_from(f'{byte_order}iI', data, CDR_HEADER_BYTES)
+    return int(sec) * NS_PER_SEC + int(nanosec)
 
 
 class BagPlayer:
@@ -63,17 +75,30 @@ class BagPlayer:
         if not wait_until(all_heard, timeout_sec):
             raise NoAnswerError(f'nobody subscribes to {", ".join(sorted(silent))}')
 
-    def play(self) -> int:
-        """Publishes everything once with the recorded timing; returns the number of messages."""
+    def play(self, after_cloud: Callable[[int], None] | None = None) -> int:
+        """Publishes everything once with the recorded timing, or slower where it is late.
+
+        What is late delays all that follows: messages never come in bursts that were none.
+
+        Args:
+            after_cloud: called with each cloud's stamp in nanoseconds; waiting there keeps
+                subscribers from being overrun on a busy machine.
+
+        Returns:
+            The number of messages.
+        """
         num_published = 0
         with BagReader(self._path) as reader:
             begin_sec = time.monotonic()
             for message in reader.raw():
-                due_sec = begin_sec + (message.time_ns - reader.start_ns) / 1e9
-                if self._stop.wait(max(0.0, due_sec - time.monotonic())):
+                offset_sec = (message.time_ns - reader.start_ns) / 1e9
+                if self._stop.wait(max(0.0, begin_sec + offset_sec - time.monotonic())):
                     break
                 self._publishers[message.topic].publish(message.data)
                 num_published += 1
+                if after_cloud is not None and message.msgtype == POINT_CLOUD:
+                    after_cloud(stamp_of_cdr(message.data))
+                begin_sec = max(begin_sec, time.monotonic() - offset_sec)
         return num_published
 
     def stop(self) -> None:

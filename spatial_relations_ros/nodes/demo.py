@@ -40,9 +40,11 @@ from spatial_relations_ros.ros.processes import NodeProcesses, local_graph
 from spatial_relations_ros.ros.waiting import NoAnswerError, wait_until
 
 # Generous: a first start on a busy machine imports for most of a minute.
-START_TIMEOUT_SEC = 180.0
+START_TIMEOUT_SEC = 300.0
 ANSWER_TIMEOUT_SEC = 180.0
 TOPIC_TIMEOUT_SEC = 10.0
+# How long the replay waits for the scenes of one cloud before it goes on without them.
+CLOUD_TIMEOUT_SEC = 2.0
 
 
 class Demo:
@@ -98,6 +100,7 @@ class Demo:
             'perception_node',
             parameters={
                 'pairs': pairs,
+                'publish_rate': 100.0,
                 'models_path': models_path,
                 'world_frame': self._plan.world_frame,
                 'reliable_points': True,
@@ -131,7 +134,11 @@ class Demo:
         topics = [self._plan.points_topic, self._plan.tracked_objects_topic]
         player.wait_for_subscribers(topics, START_TIMEOUT_SEC)
         self._say(f'replaying {self._plan.bag.name}: {player.duration_sec:.1f} s over DDS')
-        num_messages = player.play()
+
+        def wait_for_perception(cloud_ns: int) -> None:
+            client.wait_for_scene_of(cloud_ns, CLOUD_TIMEOUT_SEC)
+
+        num_messages = player.play(wait_for_perception)
         pairs = {
             pair
             for planned in self._plan.imitations

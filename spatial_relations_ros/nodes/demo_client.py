@@ -13,6 +13,7 @@ from spatial_relations_msgs.msg import Scene as SceneMsg
 from spatial_relations_msgs.srv import GetScene, Imitate, ListRelations
 
 from spatial_relations_ros.core import Scene, UnknownObjectError
+from spatial_relations_ros.perception.messages import stamp_ns
 from spatial_relations_ros.ros.conversions import scene_from_msg
 from spatial_relations_ros.ros.qos import ANSWERS, SCENES
 from spatial_relations_ros.ros.waiting import NoAnswerError, wait_for, wait_until
@@ -25,6 +26,7 @@ class DemoClient(Node):
         super().__init__('demo')
         self._lock = threading.Lock()
         self.scene_counts: Counter[tuple[str, str]] = Counter()
+        self._latest_scene_ns = -1
         self._target_poses: list[PoseArray] = []
         self.create_subscription(SceneMsg, 'perception_node/scenes', self._on_scene, SCENES)
         self.create_subscription(PoseArray, 'target_poses', self._on_targets, ANSWERS)
@@ -35,6 +37,7 @@ class DemoClient(Node):
     def _on_scene(self, msg: SceneMsg) -> None:
         with self._lock:
             self.scene_counts[msg.base.object_id, msg.relative.object_id] += 1
+            self._latest_scene_ns = max(self._latest_scene_ns, stamp_ns(msg.header.stamp))
 
     def _on_targets(self, msg: PoseArray) -> None:
         with self._lock:
@@ -49,6 +52,10 @@ class DemoClient(Node):
         """Whether a scene of base and relative has been received."""
         with self._lock:
             return bool(self.scene_counts[object_ids[0], object_ids[1]])
+
+    def wait_for_scene_of(self, cloud_ns: int, timeout_sec: float) -> bool:
+        """Waits for a scene of a cloud or a later one; False when none comes in time."""
+        return wait_until(lambda: self._latest_scene_ns >= cloud_ns, timeout_sec)
 
     def scene(self, object_ids: Sequence[str], timeout_sec: float) -> Scene:
         """The scene of two objects as perception has it now.
