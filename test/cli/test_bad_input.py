@@ -93,7 +93,7 @@ def test_scenes_must_be_named_once_and_wholly(relations, data, scene_files, weig
         (['replay', 'nowhere'], 'nowhere'),
         (['train', 'DATA', '--out', 'weights.pt', '--steps', '1'], '.safetensors'),
         (['train', 'DATA', '--out', 'w.safetensors', '--config', 'x'], "no configuration 'x'"),
-        (['generate', 'OUT', '--scenes', '3'], 'at least 7'),
+        (['generate', 'OUT', '--scenes', '3'], 'at least 28'),
         (['nonsense'], 'nonsense'),
     ],
 )

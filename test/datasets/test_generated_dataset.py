@@ -45,7 +45,7 @@ def test_same_seed_same_bytes(tmp_path):
     for name in ('a', 'b'):
         generate_dataset(
             tmp_path / name,
-            num_scenes=7,
+            num_scenes=28,
             num_objects=20,
             seed=5,
             num_points=100,
@@ -135,9 +135,9 @@ def test_objects_are_described(folder, dataset):
 
 
 @pytest.mark.parametrize(
-    'wrong', [{'num_scenes': 6}, {'num_objects': 9}, {'num_points': 3}, {'seed': -1}]
+    'wrong', [{'num_scenes': 27}, {'num_objects': 9}, {'num_points': 3}, {'seed': -1}]
 )
 def test_numbers_that_are_too_small(tmp_path, wrong):
-    arguments = {'num_scenes': 7, 'num_objects': 20, 'seed': 0, 'num_points': 10} | wrong
+    arguments = {'num_scenes': 28, 'num_objects': 20, 'seed': 0, 'num_points': 10} | wrong
     with pytest.raises(ConfigError, match='are needed'):
         generate_dataset(tmp_path, **arguments)

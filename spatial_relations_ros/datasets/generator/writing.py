@@ -23,6 +23,7 @@ from spatial_relations_ros.datasets.generator.splits import (
 from spatial_relations_ros.datasets.objects import OBJECT_FAMILIES, ObjectModel, sample_object
 
 NUM_SPLITS = 15
+MIN_SCENES = 4 * len(Relation)
 POINTS_PER_OBJECT = 8192
 _SCENES_STREAM, _OBJECTS_STREAM, _CLOUDS_STREAM, _SPLITS_STREAM = range(4)
 
@@ -58,7 +59,7 @@ def generate_dataset(
 
     Args:
         folder: is made; files of the same names are replaced.
-        num_scenes: scenes in all, at least 7.
+        num_scenes: scenes in all, at least 28: splits test a quarter of each relation's.
         num_objects: objects in all, at least 10, spread evenly over the families. From 40
             objects up they are dealt to groups and scenes pair objects of the same group, so
             that splits over objects lose no scene.
@@ -69,10 +70,10 @@ def generate_dataset(
     Raises:
         ConfigError: for numbers that are too small.
     """
-    if num_scenes < len(Relation) or num_objects < 10 or num_points < 4 or seed < 0:
+    if num_scenes < MIN_SCENES or num_objects < 10 or num_points < 4 or seed < 0:
         raise ConfigError(
             f'got {num_scenes} scenes, {num_objects} objects, {num_points} points, seed {seed}; '
-            f'at least {len(Relation)}, 10, 4 and 0 are needed'
+            f'at least {MIN_SCENES}, 10, 4 and 0 are needed'
         )
     folder = Path(folder)
     models = generate_objects(num_objects, seed=seed)
