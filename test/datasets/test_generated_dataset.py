@@ -52,7 +52,7 @@ def test_same_seed_same_bytes(tmp_path):
             on_progress=lambda done, total: progress.append((done, total)),
         )
     assert digest(tmp_path / 'a') == digest(tmp_path / 'b')
-    assert progress == [(done, 7) for done in range(1, 8)] * 2
+    assert progress == [(done, 28) for done in range(1, 29)] * 2
 
 
 def test_other_seed_other_objects():
