@@ -35,6 +35,8 @@ from spatial_relations_ros.nodes.demo_report import (
     write_pictures,
     write_result,
 )
+from spatial_relations_ros.nodes.scene_requests import with_meshes
+from spatial_relations_ros.pipeline import LibraryModels
 from spatial_relations_ros.ros.domains import free_domain_id
 from spatial_relations_ros.ros.processes import NodeProcesses, local_graph
 from spatial_relations_ros.ros.waiting import NoAnswerError, wait_until
@@ -52,6 +54,7 @@ class Demo:
 
     def __init__(self, plan: DemoPlan, out: Path, weights: str, console: Console) -> None:
         self._plan, self._out, self._weights, self._console = plan, out, weights, console
+        self._models = LibraryModels(plan.models_path)
         self._start_sec = time.monotonic()
 
     def run(self) -> bool:
@@ -166,8 +169,10 @@ class Demo:
         return f'{"/".join(pair)}: seen, but not published'
 
     def _imitate(self, client: DemoClient, planned: PlannedImitation) -> DemoOutcome:
-        reference = client.scene(planned.reference_ids, TOPIC_TIMEOUT_SEC)
-        test = client.scene(planned.test_ids, TOPIC_TIMEOUT_SEC)
+        reference, test = (
+            with_meshes(client.scene(pair, TOPIC_TIMEOUT_SEC), self._models)
+            for pair in (planned.reference_ids, planned.test_ids)
+        )
         self._say(
             f'calling /imitate: {"/".join(planned.test_ids)} shall imitate '
             f'{"/".join(planned.reference_ids)} ({planned.relation})'

@@ -16,6 +16,7 @@ from spatial_relations_ros.core import (
 )
 from spatial_relations_ros.nodes.perception_parameters import model_source
 from spatial_relations_ros.nodes.scene_client import SceneClient, SeenScene, call
+from spatial_relations_ros.perception.object_models import ModelSource
 from spatial_relations_ros.ros.conversions import scene_from_msg
 from spatial_relations_ros.ros.relations_node import RelationsNode
 
@@ -53,9 +54,7 @@ class SceneRequests:
         reference = self._reference(request)
         test = self._scenes.given_or_seen(request.test_scene, request.test_ids, what='test')
         if request.test_ids:
-            base, relative = (self._with_mesh(item) for item in test.scene.objects)
-            scene = dataclasses.replace(test.scene, base=base, relative=relative)
-            test = dataclasses.replace(test, scene=scene)
+            test = dataclasses.replace(test, scene=with_meshes(test.scene, self._models))
         return reference, test
 
     def _reference(self, request: Any) -> Scene:
@@ -70,6 +69,13 @@ class SceneRequests:
             raise UnknownRelationError(response.message)
         return scene_from_msg(response.scene)
 
-    def _with_mesh(self, item: SceneObject) -> SceneObject:
-        model = self._models.find(item.object_id) if item.source == CloudSource.MODEL else None
+
+def with_meshes(scene: Scene, models: ModelSource) -> Scene:
+    """The scene with the surfaces of those objects whose cloud is their model's."""
+
+    def with_mesh(item: SceneObject) -> SceneObject:
+        model = models.find(item.object_id) if item.source == CloudSource.MODEL else None
         return item if model is None else dataclasses.replace(item, mesh=model.mesh)
+
+    base, relative = (with_mesh(item) for item in scene.objects)
+    return dataclasses.replace(scene, base=base, relative=relative)
