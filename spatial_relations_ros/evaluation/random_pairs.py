@@ -1,0 +1,191 @@
+"""Imitation with random pairs of objects that the metric has never seen, judged by geometry.
+
+    python -m spatial_relations_ros.evaluation.random_pairs --per-relation 10
+
+For each relation demonstrations are generated, and two other objects for which the relation is
+possible (the generator found a placement, which is thrown away) stand apart on the table. The
+base stays as it lay in that placement. What comes out is judged by the checks of the generator, on
+the full meshes and apart from the metric: is the pair in the relation, without penetration, and
+at rest with friction on a table tilted by a few degrees? The judge does not tell ``on top`` from
+``on top, at the edge`` by the offset.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from rich.progress import track
+
+from spatial_relations_ros.core import Pose, Relation, Scene, SceneObject, atomic_write
+from spatial_relations_ros.datasets.generator import (
+    Body,
+    Placed,
+    SceneSampler,
+    generate_objects,
+    measure,
+)
+from spatial_relations_ros.imitation import ImitationOptions, ImitationResult, imitate
+from spatial_relations_ros.learning import RelationMetric, load_metric
+
+_NUM_POINTS = 8192
+_FAR = 0.25
+_WILSON_Z = 1.959964
+
+
+@dataclass(frozen=True)
+class Case:
+    """Outcome of one imitation.
+
+    Attributes:
+        relation: that was demonstrated.
+        reference_ids, test_ids: base and relative.
+        initial_distance, distance: under the metric, before and after.
+        claimed: whether the imitation called itself a success.
+        reason: why the judge refuses the result; empty when it is the relation, at rest.
+        duration_sec: of the request.
+    """
+
+    relation: str
+    reference_ids: tuple[str, str]
+    test_ids: tuple[str, str]
+    initial_distance: float
+    distance: float
+    claimed: bool
+    reason: str
+    duration_sec: float
+
+
+def run_cases(
+    metric: RelationMetric, *, per_relation: int, num_objects: int, seed: int
+) -> list[Case]:
+    """Imitates ``per_relation`` demonstrations of each relation; see the module."""
+    bodies = [Body.of(model) for model in generate_objects(num_objects, seed=seed)]
+    sampler = SceneSampler(bodies)
+    cases = []
+    for number in track(range(per_relation * len(Relation)), 'imitating'):
+        relation = Relation(number % len(Relation))
+        rng = np.random.default_rng([seed, number])
+        shown = sampler.sample(relation, rng).measured
+        possible = sampler.sample(relation, rng).measured
+        reference = _scene(shown.base, shown.relative)
+        test = _scene(possible.base, _apart(possible.base, possible.relative, rng))
+        result = imitate(metric, reference, test, ImitationOptions(table_height=0.0))
+        reason = judge(relation, possible.base.body, possible.relative.body, result)
+        best = result.answers[0]
+        cases.append(
+            Case(
+                relation.name, reference.object_ids, test.object_ids, result.initial_distance,
+                best.distance, result.success, reason, result.duration_sec,
+            )
+        )  # fmt: skip
+    return cases
+
+
+def judge(relation: Relation, base: Body, relative: Body, result: ImitationResult) -> str:
+    """Why the best answer is not the relation at rest; empty when it is."""
+    placed = [
+        Placed(body, placement.target.rotation, np.array(placement.target.translation))
+        for body, placement in zip((base, relative), result.answers[0].placements, strict=True)
+    ]
+    measured = measure(relation, placed[0], placed[1])
+    return measured if isinstance(measured, str) else ''
+
+
+def _scene(base: Placed, relative: Placed) -> Scene:
+    items = []
+    for role, placed in (('base', base), ('relative', relative)):
+        model = placed.body.model
+        items.append(
+            SceneObject(
+                f'{role}_{model.name}',
+                model.points(_NUM_POINTS, np.random.default_rng(0)),
+                placed.pose(),
+                mesh=model.mesh,
+            )
+        )
+    return Scene(items[0], items[1])
+
+
+def _apart(base: Placed, relative: Placed, rng: np.random.Generator) -> Placed:
+    """The relative upright on the table, away from the base."""
+    angle = rng.uniform(0.0, 2.0 * np.pi)
+    away = np.array([np.cos(angle), np.sin(angle), 0.0])
+    distance = base.body.radius + relative.body.radius + _FAR
+    upright = Placed(relative.body, Pose().rotation, base.translation + distance * away)
+    return upright.on_table()
+
+
+def wilson_interval(hits: int, total: int) -> tuple[float, float]:
+    """95 % confidence interval of a share, after Wilson 1927."""
+    share, z2 = hits / total, _WILSON_Z**2
+    middle = (share + z2 / (2 * total)) / (1 + z2 / total)
+    spread = (
+        _WILSON_Z / (1 + z2 / total) * np.sqrt(share * (1 - share) / total + z2 / (4 * total**2))
+    )
+    return max(float(middle - spread), 0.0), min(float(middle + spread), 1.0)
+
+
+def summarize(cases: Sequence[Case]) -> dict[str, Any]:
+    """Counts by relation and in all, with intervals, and times."""
+    summary: dict[str, Any] = {}
+    for name in ('all', *(relation.name for relation in Relation)):
+        chosen = [case for case in cases if name in ('all', case.relation)]
+        if not chosen:
+            continue
+        hits = sum(not case.reason for case in chosen)
+        summary[name] = {
+            'cases': len(chosen),
+            'imitated_and_at_rest': hits,
+            'wilson_95': [round(value, 3) for value in wilson_interval(hits, len(chosen))],
+            'claimed': sum(case.claimed for case in chosen),
+            'claimed_and_right': sum(case.claimed and not case.reason for case in chosen),
+        }
+    times = [case.duration_sec for case in cases]
+    summary['seconds_median'] = round(float(np.median(times)), 2)
+    summary['seconds_p90'] = round(float(np.quantile(times, 0.9)), 2)
+    return summary
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Prints the counts; returns the exit code."""
+    parser = argparse.ArgumentParser(description=(__doc__ or '').partition('\n')[0])
+    parser.add_argument('--weights', type=Path, help='instead of those shipped')
+    parser.add_argument('--per-relation', type=int, default=10)
+    parser.add_argument('--objects', type=int, default=48)
+    parser.add_argument('--seed', type=int, default=101)
+    parser.add_argument('--json', type=Path)
+    options = parser.parse_args(arguments)
+    metric = load_metric(options.weights)
+    cases = run_cases(
+        metric,
+        per_relation=options.per_relation,
+        num_objects=options.objects,
+        seed=options.seed,
+    )
+    summary = summarize(cases)
+    for name, numbers in summary.items():
+        print(f'{name}: {numbers}')
+    for case in cases:
+        if case.reason:
+            print(f'refused: {case.relation} {case.test_ids} {case.reason}')
+    if options.json is not None:
+        report = {
+            'seed': options.seed,
+            'model_hash': metric.model_hash,
+            'summary': summary,
+            'cases': [asdict(case) for case in cases],
+        }
+        with atomic_write(options.json) as temporary:
+            temporary.write_text(json.dumps(report, indent=2) + '\n')
+    return 0
+
+
+if __name__ == '__main__':
+    sys.exit(main())
