@@ -18,7 +18,7 @@ ALLOWED = {
     'datasets': {'core', 'perception'},
     'perception': {'core'},
     'memory': {'core'},
-    'imitation': {'core', 'projection', 'learning'},
+    'imitation': {'core', 'projection', 'learning', 'datasets'},
     'pipeline': {'core', 'perception', 'datasets'},
     'visualization': {'core'},
 }

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from spatial_relations_ros.core import Pose
 from spatial_relations_ros.imitation.shape import Array, Shape
 
-CONTACT_GAP = 0.0005
+CONTACT_GAP = 0.0002
 MAX_SEPARATION = 0.06
 _SEPARATION_STEPS = 15
 _DOWN = np.array([0.0, 0.0, -1.0])

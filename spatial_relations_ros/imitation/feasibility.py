@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import ConvexHull, QhullError
 
+from spatial_relations_ros.imitation import statics
 from spatial_relations_ros.imitation.contact import Body, overlap, reach_through
 
 MAX_PENETRATION = 0.005
@@ -36,8 +37,8 @@ def check_placement(
     """Checks overlap, table and support of a body beside another one.
 
     Penetration is measured at 2,048 surface points of each body and along the edges of its mesh;
-    up to 5 mm are allowed. A body is supported when its centre of mass lies over the hull of its
-    contacts with the table and with the other body.
+    up to 5 mm are allowed. Of a body with a mesh on another one with a mesh friction must hold
+    the weight; with a cloud alone its centre of mass must lie over the hull of its contacts.
     """
     estimate = ' (estimated from a cloud)' if _is_estimate(body, other) else ''
     depth, _ = overlap(body, other)
@@ -64,6 +65,10 @@ def _support_problem(name: str, body: Body, other: Body, table_height: float) ->
     if not len(contacts):
         gap = float(body.world_points[:, 2].min()) - table_height
         return f'{name} would hang {gap * 1e3:.0f} mm above the table and touch nothing'
+    if statics.can_tell(body, other):
+        if statics.stays(body, other, table_height):
+            return ''
+        return f'{name} would not stay: friction does not hold it there'
     centre = body.world_centre_of_mass[:2]
     outside = distance_to_hull(contacts[:, :2], centre)
     if outside > BALANCE_TOLERANCE:

@@ -34,12 +34,14 @@ class Shape:
         points: (2048, 3) surface points.
         field: signed distance on a grid, differentiable.
         centre_of_mass: (3,), of the solid's volume (mesh) or of its surface points (cloud).
+        mesh: the watertight mesh, where there is one.
         edges: (E, 2, 3) edges of the mesh; none for a cloud.
         is_estimate: whether the solid comes from a cloud.
     """
 
     def __init__(self, item: SceneObject) -> None:
         mesh = item.mesh if item.mesh is not None and _is_watertight(item.mesh) else None
+        self.mesh = mesh
         self.is_estimate = mesh is None
         self._caster = o3d.t.geometry.RaycastingScene()
         if mesh is not None:

@@ -1,9 +1,11 @@
+import dataclasses
+
 import numpy as np
 import pytest
 
 from spatial_relations_ros.core import Pose
 from spatial_relations_ros.core.rotations import matrix_from_rotvec
-from spatial_relations_ros.imitation.contact import Body
+from spatial_relations_ros.imitation.contact import Body, travel_to_contact
 from spatial_relations_ros.imitation.feasibility import check_placement, distance_to_hull
 from spatial_relations_ros.imitation.shape import shape_of
 
@@ -47,16 +49,39 @@ def test_below_the_table_is_told(check):
 
 def test_too_far_over_the_edge_tips(check):
     assert check((0.09, 0, 0.1)).supported
-    assert any('tip' in text for text in check((0.12, 0, 0.1)).violations)
+    assert any('would not stay' in text for text in check((0.12, 0, 0.1)).violations)
 
 
-def test_standing_on_an_edge_tips(check):
+def test_balancing_on_an_edge_does_not_stay(check):
     half_diagonal = 0.03 * np.sqrt(2)
-    on_edge = check((0.3, 0, half_diagonal), rotvec=(0, np.pi / 4, 0), size=(0.06, 0.06, 0.06))
-    assert on_edge.supported  # balanced exactly over its edge
-    leaning = np.array([0, np.pi / 4 - 0.25, 0])
-    lowest = 0.06 * np.abs(matrix_from_rotvec(leaning)[2] / 2).sum()
-    assert not check((0.3, 0, lowest), rotvec=leaning, size=(0.06, 0.06, 0.06)).supported
+    cube = (0.06, 0.06, 0.06)
+    on_edge = check((0.3, 0, half_diagonal), rotvec=(0, np.pi / 4, 0), size=cube)
+    assert not on_edge.supported
+    assert check((0.3, 0, 0.03), size=cube).supported
+
+
+def test_leaning_needs_something_to_lean_on(solids):
+    tilt = np.array([0.0, -np.deg2rad(20.0), 0.0])
+    board = solids.box('board', (0.02, 0.1, 0.2), (0, 0, 0))
+    height = 0.5 * (np.abs(matrix_from_rotvec(tilt)[2]) @ [0.02, 0.1, 0.2])
+    leaning = board.moved_to(Pose.from_rotation(matrix_from_rotvec(tilt), [0, 0, height]))
+    wall = solids.box('wall', (0.1, 0.2, 0.3), (-0.5, 0, 0.15))
+    body, far = (Body(shape_of(o), o.world_from_object) for o in (leaning, wall))
+    alone = check_placement('board', body, 'wall', far, 0.0)
+    assert not alone.supported
+    travel = travel_to_contact(body, far, np.array([-1.0, 0, 0]), np.zeros((1, 3)))[0]
+    against = body.shifted(np.array([-(travel - 0.0002), 0.0, 0.0]))
+    assert check_placement('board', against, 'wall', far, 0.0).violations == ()
+
+
+def test_a_cloud_is_judged_by_its_centre_of_mass(solids):
+    plate = solids.box('plate', (0.2, 0.2, 0.05), (0, 0, 0.025))
+    for x, supported in ((0.05, True), (0.14, False)):
+        item = dataclasses.replace(solids.box('carton', (0.06, 0.06, 0.1), (x, 0, 0.1)), mesh=None)
+        body, base = (Body(shape_of(o), o.world_from_object) for o in (item, plate))
+        result = check_placement('carton', body, 'plate', base, 0.0)
+        assert result.supported is supported
+        assert all('estimated from a cloud' in text for text in result.violations)
 
 
 def test_distance_to_a_hull():

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -60,7 +61,18 @@ def is_stable(base: Placed, relative: Placed, contacts: RestingContacts) -> bool
 
     The tilt, by 4 degrees in each of six directions, leaves out what would fall at a touch.
     """
-    wrenches = _contact_wrenches(base, relative, contacts, FRICTION)
+    return _balances(_contact_wrenches(base, relative, contacts, FRICTION))
+
+
+def holds_still(body: Placed, contacts: Sequence[Contacts]) -> bool:
+    """The same for one body among others that do not move; normals point into the body."""
+    centres = [body.centre_of_mass()]
+    columns = [_wrenches(contact, centres, (1.0,), FRICTION) for contact in contacts]
+    return _balances(np.concatenate(columns, axis=1))
+
+
+def _balances(wrenches: FloatArray) -> bool:
+    """Whether contact forces can carry unit weights, upright and on tilted tables."""
     if _residual(wrenches, UP) > _RESIDUAL:
         return False
     angles = np.arange(6) * (np.pi / 3.0)
@@ -72,13 +84,13 @@ def is_stable(base: Placed, relative: Placed, contacts: RestingContacts) -> bool
 def _residual(wrenches: FloatArray, up: FloatArray) -> float:
     if wrenches.shape[1] == 0:
         return 1.0
-    weights = np.zeros(12)
-    weights[0:3] = weights[6:9] = up
+    num_bodies = len(wrenches) // 6
+    weights = np.tile(np.append(up, np.zeros(3)), num_bodies)
     try:
         _, residual = nnls(wrenches, weights)
     except RuntimeError:  # no convergence: take it as unstable
         return 1.0
-    return float(residual / np.sqrt(2.0))
+    return float(residual / np.sqrt(num_bodies))
 
 
 def _contact_wrenches(
@@ -100,12 +112,12 @@ def _contact_wrenches(
 
 
 def _wrenches(
-    contacts: Contacts, centres: list[FloatArray], signs: tuple[float, float], friction: float
+    contacts: Contacts, centres: list[FloatArray], signs: tuple[float, ...], friction: float
 ) -> FloatArray:
     picked = _spread(contacts.points)
     points, normals = contacts.points[picked], contacts.normals[picked]
     if not len(points):
-        return np.zeros((12, 0))
+        return np.zeros((6 * len(centres), 0))
     helper = np.where(np.abs(normals[:, :1]) < 0.7, [[1.0, 0.0, 0.0]], [[0.0, 1.0, 0.0]])
     tangent_1 = np.cross(normals, helper)
     tangent_1 /= np.linalg.norm(tangent_1, axis=1, keepdims=True)
