@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import dataclasses
 import hashlib
+import json
 import platform
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
+from spatial_relations_ros import __version__
 from spatial_relations_ros.core import DatasetFormatError
 from spatial_relations_ros.datasets.freiburg import RelationDataset, Split, load_dataset
 from spatial_relations_ros.evaluation.splits_report import (
@@ -106,12 +108,14 @@ def report_entry(report: SplitsReport) -> dict[str, Any]:
 def describe_data(
     folder: Path, dataset: RelationDataset, *, num_scenes: int | None = None
 ) -> dict[str, Any]:
-    """What identifies a dataset: counts and the hash of its scene file."""
-    scenes_file = folder / 'scenes.txt'
+    """What identifies a dataset: counts, the hash of its scene file, and how it was generated."""
+    scenes_file, made_with = folder / 'scenes.txt', folder / 'dataset.json'
+    generated = {'generated': json.loads(made_with.read_text())} if made_with.is_file() else {}
     return {
         'num_objects': len(dataset.clouds),
         'num_scenes': len(dataset.scenes) if num_scenes is None else num_scenes,
         'scenes_sha256': hashlib.sha256(scenes_file.read_bytes()).hexdigest(),
+        **generated,
     }
 
 
@@ -125,7 +129,11 @@ def _own_split(dataset: RelationDataset) -> Split:
 
 def _versions() -> dict[str, str]:
     packages = ('numpy', 'torch', 'roma', 'safetensors')
-    return {'python': platform.python_version(), **{name: version(name) for name in packages}}
+    return {
+        'spatial_relations_ros': __version__,
+        'python': platform.python_version(),
+        **{name: version(name) for name in packages},
+    }
 
 
 __all__ = [

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import dataclasses
 import math
+from collections.abc import Sequence
 
 import numpy as np
 import torch
+from numpy.typing import NDArray
 
 from spatial_relations_ros.core import Pose, Scene
 from spatial_relations_ros.imitation.contact import Body, settle
@@ -22,7 +24,6 @@ from spatial_relations_ros.imitation.result import (
 
 _SAME_SHIFT = 0.1
 _SAME_TURN_RAD = math.radians(20.0)
-_QUICK_CHECKS = 4
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -34,11 +35,6 @@ class AnswerMaker:
     options: ImitationOptions
     movable: tuple[bool, bool]
 
-    def best_proposal(self, proposals: PoseBatch) -> ImitationAnswer:
-        """The best of the nearest few proposals."""
-        nearest = proposals.select(proposals.costs.argsort()[:_QUICK_CHECKS])
-        return self.rank(self.answers(nearest))[0]
-
     def rank(self, answers: list[ImitationAnswer]) -> list[ImitationAnswer]:
         """Best first; by distance alone when physics is left out."""
         return rank(answers, physics=self.options.physics_weight > 0.0)
@@ -46,7 +42,7 @@ class AnswerMaker:
     def answers(self, batch: PoseBatch) -> list[ImitationAnswer]:
         """Checked answers at exactly these poses."""
         return [
-            self._answer(_poses(batch, row), float(batch.distances[row]))
+            self._answer(_poses(batch, row, self.objective.origin), float(batch.distances[row]))
             for row in range(len(batch.costs))
         ]
 
@@ -54,15 +50,10 @@ class AnswerMaker:
         """Checked answers after letting the moved objects down until they rest."""
         if self.options.physics_weight == 0.0:
             return self.answers(batch)
-        pairs = [self._settled(_poses(batch, row)) for row in range(len(batch.costs))]
-        rotations = np.array([[pose.rotation for pose in pair] for pair in pairs], np.float32)
-        translations = np.array(
-            [[pose.translation for pose in pair] for pair in pairs], np.float32
-        )
-        settled = evaluate(
-            self.objective, torch.from_numpy(rotations), torch.from_numpy(translations)
-        )
-        return self.answers(settled)
+        origin = self.objective.origin
+        pairs = [self._settled(_poses(batch, row, origin)) for row in range(len(batch.costs))]
+        scenes = [self.test.with_poses(*pair) for pair in pairs]
+        return self.answers(evaluate(self.objective, *pose_tensors(scenes, origin)))
 
     def _settled(self, poses: tuple[Pose, Pose]) -> tuple[Pose, Pose]:
         shapes, table = self.objective.shapes, self.objective.table_height
@@ -79,6 +70,7 @@ class AnswerMaker:
 
     def _answer(self, poses: tuple[Pose, Pose], distance: float) -> ImitationAnswer:
         shapes = self.objective.shapes
+        poses = (self._target(0, poses[0]), self._target(1, poses[1]))
         bodies = [Body(shape, pose) for shape, pose in zip(shapes, poses, strict=True)]
         placements: list[ObjectPlacement] = []
         violations: list[str] = []
@@ -109,6 +101,15 @@ class AnswerMaker:
             violations=tuple(violations),
         )
 
+    def _target(self, idx: int, pose: Pose) -> Pose:
+        """Exactly the current pose of what may not move; else the nearer quaternion sign."""
+        current = self.test.objects[idx].world_from_object
+        if not self.movable[idx]:
+            return current
+        if float(current.quat_wxyz @ pose.quat_wxyz) < 0.0:
+            return Pose(pose.translation, -pose.quat_wxyz)
+        return pose
+
 
 def rank(answers: list[ImitationAnswer], *, physics: bool = True) -> list[ImitationAnswer]:
     """Feasible answers that are similar to the demonstration first, then the nearest attempts."""
@@ -136,8 +137,18 @@ def _is_same(first: ImitationAnswer, second: ImitationAnswer, extent: float) -> 
     )
 
 
-def _poses(batch: PoseBatch, row: int) -> tuple[Pose, Pose]:
+def pose_tensors(
+    scenes: Sequence[Scene], origin: NDArray[np.float64]
+) -> tuple[torch.Tensor, torch.Tensor]:
+    """Rotations (K, 2, 3, 3) and translations (K, 2, 3), from an origin (3,), of scenes."""
+    poses = [[item.world_from_object for item in scene.objects] for scene in scenes]
+    rotations = np.array([[pose.rotation for pose in pair] for pair in poses])
+    translations = np.array([[pose.translation - origin for pose in pair] for pair in poses])
+    return torch.from_numpy(rotations).float(), torch.from_numpy(translations).float()
+
+
+def _poses(batch: PoseBatch, row: int, origin: NDArray[np.float64]) -> tuple[Pose, Pose]:
     rotations = batch.rotations[row].double().numpy()
-    translations = batch.translations[row].double().numpy()
-    base, relative = (Pose.from_rotation(rotations[k], translations[k].tolist()) for k in (0, 1))
+    translations = batch.translations[row].double().numpy() + origin
+    base, relative = (Pose.from_rotation(rotations[k], translations[k]) for k in (0, 1))
     return base, relative

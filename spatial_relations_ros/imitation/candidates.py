@@ -8,6 +8,7 @@ business.
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -30,6 +31,7 @@ _EDGE_SHARE = 0.8
 _CLEARANCE = 0.02
 _SILL = 0.012
 _HEADING_STEPS = 30
+_MAX_OVERLAP = 0.001
 
 
 @dataclass(frozen=True)
@@ -84,7 +86,7 @@ class _Proposer:
         return 0.5 * float(sizes[0] + sizes[1]) + _CLEARANCE
 
 
-def propose_poses(moving: Body, fixed: Body, table_height: float) -> list[Pose]:
+def propose_poses(moving: Body, fixed: Body, table_height: float) -> Iterator[Pose]:
     """Poses (world_from_object) of the moving body that rest somewhere around the fixed one.
 
     Args:
@@ -92,33 +94,35 @@ def propose_poses(moving: Body, fixed: Body, table_height: float) -> list[Pose]:
         fixed: the object that stays.
         table_height: world height of the table, metres.
 
-    Returns:
-        About 100 poses; those that overlap the fixed body are left out.
+    Yields:
+        About 100 poses, one by one as they are found; those that overlap the fixed body are
+        left out.
     """
-    proposer = _Proposer(moving, fixed, table_height)
-    main = _main_heading(fixed)
+    for body in _propose(_Proposer(moving, fixed, table_height)):
+        if overlap(body, fixed)[0] < _MAX_OVERLAP:
+            yield body.pose
+
+
+def _propose(proposer: _Proposer) -> Iterator[Body]:
+    main = _main_heading(proposer.fixed)
     headings = [main + 2.0 * math.pi * k / _DIRECTIONS for k in range(_DIRECTIONS)]
-    aligned = _yaw(main - _main_heading(moving))
+    aligned = _yaw(main - _main_heading(proposer.moving))
     lying = [_tilt(heading, math.pi / 2.0) @ aligned for heading in headings[:2]]
-    resting = [np.eye(3), aligned, _yaw(math.pi / 2.0) @ aligned, *lying]
-    half_size = 0.5 * np.ptp(fixed.world_points[:, :2], axis=0)
-    bodies = []
-    for rotation in resting:
-        bodies += [proposer.beside(rotation, h, gap) for h in headings for gap in _SIDE_GAPS]
-        bodies += [proposer.inserted(rotation, h) for h in headings]
-        bodies.append(proposer.above(rotation, np.zeros(2)))
-        bodies += [
-            proposer.above(rotation, _EDGE_SHARE * half_size * _horizontal(h)[:2])
-            for h in headings
-        ]
+    half_size = 0.5 * np.ptp(proposer.fixed.world_points[:, :2], axis=0)
+    for rotation in (np.eye(3), aligned, _yaw(math.pi / 2.0) @ aligned, *lying):
+        yield proposer.above(rotation, np.zeros(2))
+        for heading in headings:
+            yield proposer.above(rotation, _EDGE_SHARE * half_size * _horizontal(heading)[:2])
+            yield proposer.inserted(rotation, heading)
+            for gap in _SIDE_GAPS:
+                yield proposer.beside(rotation, heading, gap)
     for heading in headings:
         for angle in _LEAN_ANGLES_RAD:
             # Its top tips towards the other body, or, dropped from above, towards a wall.
             lean = _tilt(heading + math.pi, angle) @ aligned
-            bodies.append(proposer.beside(lean, heading, CONTACT_GAP))
+            yield proposer.beside(lean, heading, CONTACT_GAP)
             inward = -0.3 * half_size * _horizontal(heading)[:2]
-            bodies.append(proposer.above(_tilt(heading, angle) @ aligned, inward))
-    return [body.pose for body in bodies if overlap(body, fixed)[0] < 2.0 * CONTACT_GAP]
+            yield proposer.above(_tilt(heading, angle) @ aligned, inward)
 
 
 def _horizontal(heading: float) -> NDArray[np.float64]:

@@ -3,18 +3,25 @@
 from __future__ import annotations
 
 import dataclasses
+import itertools
+import math
 import time
 
 import numpy as np
 import torch
 
-from spatial_relations_ros.core import ImitationError, Pose, Scene
-from spatial_relations_ros.imitation.answers import AnswerMaker, distinct
+from spatial_relations_ros.core import ImitationError, Scene
+from spatial_relations_ros.imitation.answers import AnswerMaker, distinct, pose_tensors
 from spatial_relations_ros.imitation.candidates import propose_poses
 from spatial_relations_ros.imitation.contact import Body, lowest_point
 from spatial_relations_ros.imitation.objective import Objective
 from spatial_relations_ros.imitation.options import ROLES, ImitationOptions
-from spatial_relations_ros.imitation.pose_optimizer import PoseBatch, evaluate, refine
+from spatial_relations_ros.imitation.pose_optimizer import (
+    PoseBatch,
+    concatenate,
+    evaluate,
+    refine,
+)
 from spatial_relations_ros.imitation.result import (
     SIMILAR_DISTANCE,
     ImitationAnswer,
@@ -25,6 +32,12 @@ from spatial_relations_ros.imitation.result import (
 from spatial_relations_ros.imitation.shape import shape_of
 from spatial_relations_ros.learning import RelationMetric
 from spatial_relations_ros.projection import resample_points
+
+_CHUNK = 16
+_QUICK_CHECKS = 4
+_STEPS_A_CHECK = 8
+# What is left of the time budget finishes the best answer.
+_BUDGET_SHARE = 0.9
 
 
 def imitate(
@@ -46,7 +59,8 @@ def imitate(
         reference: the demonstration.
         test: the objects to place, where they stand now.
         options: settings; None for the defaults.
-        on_progress: called after the proposals and after each step; returning False cancels.
+        on_progress: called after each handful of proposals and after each step; returning False
+            cancels.
 
     Raises:
         ImitationError: when the test objects are so large or far apart that the numbers are not
@@ -71,35 +85,26 @@ class _Imitation:
         self.objective = _make_objective(metric, reference, test, options)
         self.movable = (ROLES[0] in options.movable, ROLES[1] in options.movable)
         self.maker = AnswerMaker(test, self.objective, options, self.movable)
-        self.cancelled = False
+        self.answers: list[ImitationAnswer] = []
+        self.best: ImitationAnswer
+        self.cancelled = self.stopped = False
         self.num_steps = 0
 
     def run(self) -> ImitationResult:
-        """Proposals, refinement, settling, checks."""
-        current = evaluate(self.objective, *_pose_tensors([self.test]))
+        """Proposals, refinement, settling, checks; at every moment there is a best answer."""
+        current = evaluate(self.objective, *pose_tensors([self.test], self.objective.origin))
         initial_distance = float(current.distances[0])
+        self._add(self.maker.answers(current))
         proposals = self._proposals(current)
-        quick = self.maker.best_proposal(proposals)
-        answers = [quick]
-        history = np.array([initial_distance, quick.distance], dtype=np.float32)
-        if self._report(0, quick.distance, quick) and self._has_time():
-            starts = proposals.select(proposals.costs.argsort()[: self.options.num_starts])
-            refined, distances = refine(
-                self.objective,
-                starts,
-                self.movable,
-                steps=self.options.max_steps,
-                learning_rate=self.options.learning_rate,
-                on_step=lambda step, best: self._on_step(step, best, quick),
-            )
-            answers += self.maker.settled_answers(refined) + self.maker.answers(starts)
-            answers += self.maker.settled_answers(_moved_only(refined, starts))
-            winner = int(refined.costs.argmin())
-            history = np.concatenate([[initial_distance], distances[:, winner].numpy()])
-        ranked = distinct(self.maker.rank(answers), self.objective.extent)[
-            : self.options.num_answers
-        ]
-        return self._result(tuple(ranked), history.astype(np.float32), initial_distance)
+        nearest = proposals.costs.argsort()
+        if not self.stopped:
+            self._add(self.maker.answers(proposals.select(nearest[:_QUICK_CHECKS])))
+        history = [initial_distance, self.best.distance]
+        if self._keep_going(0):
+            starts = proposals.select(nearest[: self.options.num_starts])
+            history = [initial_distance, *self._refine(starts)]
+        ranked = distinct(self.maker.rank(self.answers), self.objective.extent)
+        return self._result(tuple(ranked[: self.options.num_answers]), history)
 
     def _proposals(self, current: PoseBatch) -> PoseBatch:
         """The current poses and, when asked for, those proposed from the shapes."""
@@ -108,42 +113,75 @@ class _Imitation:
         moving = 1 if self.movable[1] else 0
         bodies = [Body(shape_of(item), item.world_from_object) for item in self.test.objects]
         poses = propose_poses(bodies[moving], bodies[1 - moving], self.objective.table_height)
-        scenes = [self.test]
-        for pose in poses:
-            pair = [item.world_from_object for item in self.test.objects]
-            pair[moving] = pose
-            scenes.append(self.test.with_poses(*pair))
-        return evaluate(self.objective, *_pose_tensors(scenes))
+        batches = [current]
+        while self._keep_going(0) and (chunk := list(itertools.islice(poses, _CHUNK))):
+            scenes = []
+            for pose in chunk:
+                pair = [item.world_from_object for item in self.test.objects]
+                pair[moving] = pose
+                scenes.append(self.test.with_poses(*pair))
+            batches.append(evaluate(self.objective, *pose_tensors(scenes, self.objective.origin)))
+        return concatenate(batches)
 
-    def _has_time(self) -> bool:
-        budget = self.options.time_budget_sec
-        return not budget or time.monotonic() - self.start_time < budget
+    def _refine(self, starts: PoseBatch) -> list[float]:
+        """Descends from all starts; returns the distances of the one that ends best."""
+        refined, distances = refine(
+            self.objective,
+            starts,
+            self.movable,
+            steps=self.options.max_steps,
+            learning_rate=self.options.learning_rate,
+            on_step=self._on_step,
+        )
+        order = refined.costs.argsort()
+        moved_only = dataclasses.replace(refined, rotations=starts.rotations)
+        for count, row in enumerate(order):
+            # After a stop only the best one is finished, so that the stop is prompt.
+            if count and (self.stopped or not self._keep_going(self.num_steps)):
+                break
+            chosen = row[None]
+            self._add(self.maker.settled_answers(refined.select(chosen)))
+            if not self.stopped:
+                # Starts rest on their faces; refinement tilts a little.
+                self._add(self.maker.settled_answers(moved_only.select(chosen)))
+                self._add(self.maker.answers(starts.select(chosen)))
+        history: list[float] = distances[:, int(order[0])].tolist()
+        return history
 
-    def _report(self, step: int, distance: float, best: ImitationAnswer) -> bool:
-        if self.on_progress is None:
-            return True
-        progress = ImitationProgress(step, distance, best.feasible, best)
-        self.cancelled = not self.on_progress(progress)
-        return not self.cancelled
-
-    def _on_step(self, step: int, best: PoseBatch, answer: ImitationAnswer) -> bool:
+    def _on_step(self, step: int, best: PoseBatch) -> bool:
         self.num_steps = step
-        return self._report(step, float(best.distances.min()), answer) and self._has_time()
+        if step % _STEPS_A_CHECK == 0:
+            self._add(self.maker.settled_answers(best.select(best.costs.argmin()[None])))
+        return self._keep_going(step)
+
+    def _add(self, answers: list[ImitationAnswer]) -> None:
+        self.answers += answers
+        self.best = self.maker.rank(self.answers)[0]
+
+    def _keep_going(self, step: int) -> bool:
+        """Reports progress; False, from then on, when the caller or the time budget says so."""
+        if not self.stopped and self.on_progress is not None:
+            best = self.best
+            progress = ImitationProgress(step, best.distance, best.feasible, best)
+            self.cancelled = not self.on_progress(progress)
+        budget = self.options.time_budget_sec or math.inf
+        is_late = time.monotonic() - self.start_time > _BUDGET_SHARE * budget
+        self.stopped = self.stopped or self.cancelled or is_late
+        return not self.stopped
 
     def _result(
         self,
         answers: tuple[ImitationAnswer, ...],
-        history: np.ndarray[tuple[int, ...], np.dtype[np.float32]],
-        initial_distance: float,
+        history: list[float],
     ) -> ImitationResult:
         best = answers[0]
         success = best.feasible and best.distance < SIMILAR_DISTANCE
         return ImitationResult(
             success=success,
-            message=_message(best, initial_distance, self.cancelled),
+            message=_message(best, history[0], self.cancelled),
             answers=answers,
-            distance_history=history,
-            initial_distance=initial_distance,
+            distance_history=np.array(history, dtype=np.float32),
+            initial_distance=history[0],
             duration_sec=time.monotonic() - self.start_time,
             num_steps=self.num_steps,
             cancelled=self.cancelled,
@@ -173,6 +211,7 @@ def _make_objective(
         shapes=(shapes[0], shapes[1]),
         reference_embedding=torch.from_numpy(metric.embed_scenes([reference])[0]),
         extent=extent,
+        origin=np.array(test.base.world_from_object.translation),
         table_height=lowest_point(bodies) if table is None else table,
         physics_weight=options.physics_weight,
         heading=_heading(reference) if options.keep_heading else None,
@@ -185,19 +224,6 @@ def _heading(reference: Scene) -> torch.Tensor | None:
     offset = relative - base
     length = float(np.linalg.norm(offset))
     return torch.from_numpy(offset / length) if length > 1e-3 else None
-
-
-def _pose_tensors(scenes: list[Scene]) -> tuple[torch.Tensor, torch.Tensor]:
-    """Rotations (K, 2, 3, 3) and translations (K, 2, 3) of scenes."""
-    poses: list[list[Pose]] = [[o.world_from_object for o in s.objects] for s in scenes]
-    rotations = np.array([[pose.rotation for pose in pair] for pair in poses], np.float32)
-    translations = np.array([[pose.translation for pose in pair] for pair in poses], np.float32)
-    return torch.from_numpy(rotations), torch.from_numpy(translations)
-
-
-def _moved_only(refined: PoseBatch, starts: PoseBatch) -> PoseBatch:
-    """Refined positions with the orientations of the starts, which rested on their faces."""
-    return dataclasses.replace(refined, rotations=starts.rotations)
 
 
 def _message(best: ImitationAnswer, initial_distance: float, cancelled: bool) -> str:

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import numpy as np
 import torch
+from numpy.typing import NDArray
 from torch import Tensor
 
 from spatial_relations_ros.imitation.shape import Shape
@@ -26,7 +28,9 @@ class Objective:
         shapes: solids of base and relative.
         reference_embedding: (64,) of the demonstration.
         extent: size of the test scene, metres; makes the physical terms scale-free.
-        table_height: metres.
+        origin: (3,) world position that poses are counted from: single precision is enough near
+            it, wherever the world's origin is.
+        table_height: of the table in the world, metres.
         physics_weight: weight of penetration and contact; 0 leaves them out.
         heading: (2,) unit horizontal direction from base to relative to keep, or None.
     """
@@ -36,6 +40,7 @@ class Objective:
     shapes: tuple[Shape, Shape]
     reference_embedding: Tensor
     extent: float
+    origin: NDArray[np.float64]
     table_height: float
     physics_weight: float
     heading: Tensor | None
@@ -69,7 +74,8 @@ class Objective:
         for k in (0, 1):
             local = (world[k] - translations[:, 1 - k, None]) @ rotations[:, 1 - k]
             gaps.append(self.shapes[1 - k].field.sample(local))
-        heights = [points[..., 2] - self.table_height for points in world]
+        table = self.table_height - float(self.origin[2])
+        heights = [points[..., 2] - table for points in world]
         overlap = sum((-values).clamp_min(0.0).mean(dim=-1) for values in (*gaps, *heights))
         # The relative object should touch the base or the table somewhere.
         nearest = torch.minimum(gaps[0].amin(dim=-1), gaps[1].amin(dim=-1))

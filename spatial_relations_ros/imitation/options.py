@@ -17,7 +17,8 @@ class ImitationOptions:
     Attributes:
         movable: which of ``base`` and ``relative`` may move.
         num_answers: how many distinct answers to return at most.
-        time_budget_sec: no refinement starts after this time; None or 0 for no limit.
+        time_budget_sec: after 90 % of it only the best answer is finished; None or 0 for no
+            limit.
         keep_heading: also keep the horizontal direction of the demonstration.
         num_starts: how many starting poses are refined by gradient descent. With one start and
             ``propose`` off this is the paper's optimisation.

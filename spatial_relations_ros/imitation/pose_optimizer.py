@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import roma
@@ -21,7 +21,7 @@ class PoseBatch:
 
     Attributes:
         rotations: (K, 2, 3, 3) world from object, of base and relative.
-        translations: (K, 2, 3) metres.
+        translations: (K, 2, 3) metres, from the objective's origin.
         distances: (K,) metric distance to the demonstration.
         costs: (K,) distance plus penalties.
     """
@@ -36,6 +36,16 @@ class PoseBatch:
         return PoseBatch(
             self.rotations[rows], self.translations[rows], self.distances[rows], self.costs[rows]
         )
+
+
+def concatenate(batches: Sequence[PoseBatch]) -> PoseBatch:
+    """All scenes of several batches."""
+    return PoseBatch(
+        torch.cat([batch.rotations for batch in batches]),
+        torch.cat([batch.translations for batch in batches]),
+        torch.cat([batch.distances for batch in batches]),
+        torch.cat([batch.costs for batch in batches]),
+    )
 
 
 def evaluate(objective: Objective, rotations: Tensor, translations: Tensor) -> PoseBatch:

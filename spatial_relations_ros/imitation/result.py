@@ -22,8 +22,8 @@ class ObjectPlacement:
         object_id: of the object.
         current: world_from_object before.
         target: world_from_object that imitates the demonstration.
-        approach: pre-place pose, above the target.
-        reachable: whether an arm can reach it; True while no arm is described.
+        approach: pre-place pose, above the target; the way between is not checked.
+        reachable: whether an arm can reach it; always True, since no arm is described.
         penetration: deepest overlap with the other object or the table, metres.
         supported: whether contacts below carry its centre of mass.
     """
@@ -66,10 +66,10 @@ class ImitationResult:
     """Outcome of one imitation.
 
     Attributes:
-        success: whether an answer is feasible and nearer to the demonstration than the test
-            scene was.
+        success: whether the best answer is feasible and similar to the demonstration, that is
+            nearer than 0.5.
         message: why not, in words a person can act on; otherwise a summary.
-        answers: best first; not empty unless the request was cancelled at once.
+        answers: best first; at least one.
         distance_history: (S,) distance of the best answer's run at each step; the first is the
             test scene as it stands.
         initial_distance: distance of the test scene as it stands.
@@ -90,7 +90,13 @@ class ImitationResult:
 
 @dataclass(frozen=True)
 class ImitationProgress:
-    """Where a running imitation stands; ``best`` is the best answer so far."""
+    """Where a running imitation stands.
+
+    Attributes:
+        step: optimiser steps so far.
+        distance, feasible: of the best answer so far.
+        best: that answer.
+    """
 
     step: int
     distance: float

@@ -39,7 +39,7 @@ class TrainingConfig:
     optimizer: str = 'adamw'
     learning_rate: float = 2e-3
     weight_decay: float = 1e-3
-    warm_restart_steps: int = 2200
+    warm_restart_steps: int = 1500
     swap_channels: bool = False
     translation_noise: float = 0.004
     rotation_noise_rad: float = 0.02

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
+from spatial_relations_ros import __version__
 from spatial_relations_ros.core import ConfigError, Relation
 from spatial_relations_ros.datasets.freiburg import RelationDataset, RelationScene, write_dataset
 from spatial_relations_ros.datasets.freiburg.writing import write_lines
@@ -52,7 +53,8 @@ def generate_dataset(
     """Writes a dataset of generated scenes.
 
     The folder holds ``scenes.txt``, ``labels.tsv``, ``cross_validation_splits/`` and the clouds
-    as the paper's data does; besides ``meshes/<object>.ply``, ``objects.json`` (family and
+    as the paper's data does; besides ``dataset.json`` (the
+    arguments), ``meshes/<object>.ply``, ``objects.json`` (family and
     dimensions), ``object_splits/`` (no object of a test scene is in a training scene; made from
     40 objects up) and ``ground_truth.jsonl`` (how each scene came out). All labels are equally
     frequent. The same arguments give the same bytes.
@@ -97,6 +99,14 @@ def generate_dataset(
         model.name: {'family': model.family, 'dimensions': dict(model.dimensions)}
         for model in models
     }
+    made_with = {
+        'num_scenes': num_scenes,
+        'num_objects': num_objects,
+        'seed': seed,
+        'num_points': num_points,
+        'version': __version__,
+    }
+    write_lines(folder / 'dataset.json', [json.dumps(made_with, indent=1)])
     write_lines(folder / 'objects.json', [json.dumps(described, indent=1, sort_keys=True)])
     write_lines(folder / 'ground_truth.jsonl', [json.dumps(truth) for truth in truths])
 
