@@ -32,7 +32,8 @@ INSTALLED := $(VENV)/.installed
 MESSAGES := $(VENV)/.messages
 PACKAGE := $(VENV)/.package
 REQUIREMENTS := requirements.txt requirements-ros.txt requirements-dev.txt constraints.txt
-COLCON := AMENT_PREFIX_PATH=$(VENV) colcon --log-base $(VENV)/colcon/log build \
+# Without MAKEFLAGS colcon waits for a low load average, which a busy machine never has.
+COLCON := MAKEFLAGS=-j$(shell nproc) AMENT_PREFIX_PATH=$(VENV) colcon --log-base $(VENV)/colcon/log build \
   --build-base $(VENV)/colcon/build --install-base $(VENV) --merge-install \
   --event-handlers console_direct- console_cohesion- desktop_notification-
 EXECUTABLES := perception_node metric_node imitate_node relations
