@@ -43,7 +43,9 @@ from spatial_relations_ros.ros.waiting import NoAnswerError, wait_until
 
 # Generous: a first start on a busy machine imports for most of a minute.
 START_TIMEOUT_SEC = 300.0
-ANSWER_TIMEOUT_SEC = 180.0
+# Enough for a slow or busy machine to refine; answers come as soon as they are found.
+IMITATION_BUDGET_SEC = 60.0
+ANSWER_TIMEOUT_SEC = IMITATION_BUDGET_SEC + 120.0
 TOPIC_TIMEOUT_SEC = 10.0
 # How long the replay waits for the scenes of one cloud before it goes on without them.
 CLOUD_TIMEOUT_SEC = 2.0
@@ -117,10 +119,11 @@ class Demo:
         )
         memory = str((self._out / 'relations.sqlite3').resolve())
         weights = {'weights': self._weights} if self._weights else {}
-        processes.start('metric_node', parameters={'memory_path': memory, **weights})
+        frame = {'world_frame': self._plan.world_frame}
+        processes.start('metric_node', parameters={'memory_path': memory, **frame, **weights})
         processes.start(
             'imitate_node',
-            parameters={'models_path': models_path, 'standalone': 'false', **weights},
+            parameters={'models_path': models_path, 'standalone': 'false', **frame, **weights},
         )
 
     def _wait_for_nodes(self, processes: NodeProcesses, client: DemoClient) -> None:
@@ -177,7 +180,12 @@ class Demo:
             f'calling /imitate: {"/".join(planned.test_ids)} shall imitate '
             f'{"/".join(planned.reference_ids)} ({planned.relation})'
         )
-        response = client.imitate(planned.reference_ids, planned.test_ids, ANSWER_TIMEOUT_SEC)
+        response = client.imitate(
+            planned.reference_ids,
+            planned.test_ids,
+            ANSWER_TIMEOUT_SEC,
+            time_budget_sec=IMITATION_BUDGET_SEC,
+        )
         target_poses = None
         if response.success:
             target_poses = client.target_poses(TOPIC_TIMEOUT_SEC)

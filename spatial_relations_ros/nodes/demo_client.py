@@ -71,16 +71,31 @@ class DemoClient(Node):
         return scene_from_msg(response.scene)
 
     def imitate(
-        self, reference_ids: Sequence[str], test_ids: Sequence[str], timeout_sec: float
+        self,
+        reference_ids: Sequence[str],
+        test_ids: Sequence[str],
+        timeout_sec: float,
+        *,
+        time_budget_sec: float,
     ) -> Any:
         """Calls the service and returns its response.
+
+        Args:
+            reference_ids: base and relative of the demonstration.
+            test_ids: base and relative to place.
+            timeout_sec: longest wait for the answer.
+            time_budget_sec: what the node may take to refine.
 
         Raises:
             NoAnswerError: when the node does not answer.
         """
         with self._lock:
             self._target_poses.clear()
-        request = Imitate.Request(reference_ids=list(reference_ids), test_ids=list(test_ids))
+        request = Imitate.Request(
+            reference_ids=list(reference_ids),
+            test_ids=list(test_ids),
+            time_budget=time_budget_sec,
+        )
         return wait_for(self._imitate.call_async(request), timeout_sec)
 
     def target_poses(self, timeout_sec: float) -> PoseArray:

@@ -129,19 +129,25 @@ def write_result(
         },
     }
     with atomic_write(path) as temporary:
-        temporary.write_text(json.dumps(content, indent=2, allow_nan=True) + '\n')
+        temporary.write_text(json.dumps(_finite(content), indent=2, allow_nan=False) + '\n')
+
+
+def _finite(value: Any) -> Any:
+    """The value for JSON, which has no NaN: null in its place."""
+    if isinstance(value, dict):
+        return {key: _finite(item) for key, item in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [_finite(item) for item in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
 def write_pictures(folder: Path, outcome: DemoOutcome, metric: RelationMetric) -> int:
-    """Writes the pictures of one outcome; returns how many."""
-    after = outcome.after()
-    if after is None:
-        return 0
+    """Writes the pictures of one outcome, without an answer those of before; returns how many."""
     paths = write_imitation_pictures(
         folder,
         reference=outcome.reference,
         before=outcome.test,
-        after=after,
+        after=outcome.after(),
         projections=metric.projections,
         distance_history=list(outcome.response.distance_history),
     )

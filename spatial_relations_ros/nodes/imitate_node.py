@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import sys
-import threading
 import time
 from collections.abc import Callable, Sequence
 from concurrent.futures import CancelledError
@@ -91,9 +90,10 @@ class ImitateNode(RelationsNode):
                 goal.publish_feedback(progress_to_feedback(progress, test))
 
         try:
-            result, test = self._imitate(
-                goal.request, lambda: goal.is_cancel_requested, send_feedback
-            )
+            with self.place_for_request():
+                result, test = self._imitate(
+                    goal.request, lambda: goal.is_cancel_requested, send_feedback
+                )
             fill_result(message, result, test)
         except Exception as error:  # the client gets the reason, the node lives
             message.message = self.report_bad('imitate_relation', error)
@@ -140,7 +140,6 @@ class _Job:
     ) -> None:
         self._host, self._reference, self._test = host, reference, test
         self._options, self._is_cancelled, self._on_progress = options, is_cancelled, on_progress
-        self._started = threading.Event()
 
     def run(self) -> ImitationResult:
         """Waits for the worker; a request that is cancelled in the queue never starts.

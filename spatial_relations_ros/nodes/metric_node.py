@@ -60,9 +60,9 @@ class MetricNode(RelationsNode):
         self.serve(Distance, '~/distance', self._distance)
         self.serve(Nearest, '~/nearest', self._nearest)
         self.serve(Remember, '~/remember', self._remember)
-        self.serve(Recall, '~/recall', self._recall)
-        self.serve(Forget, '~/forget', self._forget)
-        self.serve(ListRelations, '~/list', self._list)
+        self.serve(Recall, '~/recall', self._recall, may_wait=False)
+        self.serve(Forget, '~/forget', self._forget, may_wait=False)
+        self.serve(ListRelations, '~/list', self._list, may_wait=False)
         self.diagnostics.add_state('model', self._host.state)
         if host is None:
             self._host.load_early()

@@ -18,7 +18,12 @@ from spatial_relations_msgs.srv import GetScene
 from tf2_msgs.msg import TFMessage
 from visualization_msgs.msg import MarkerArray
 
-from spatial_relations_ros.core import CloudFormatError, InvalidSceneError, UnknownObjectError
+from spatial_relations_ros.core import (
+    CloudFormatError,
+    FrameTransformError,
+    InvalidSceneError,
+    UnknownObjectError,
+)
 from spatial_relations_ros.nodes.perception_parameters import (
     PERCEPTION_PARAMETERS,
     make_pipeline,
@@ -52,6 +57,7 @@ except ImportError:  # optional: one of several sources of poses
     Detection3DArray = None
 
 POINTS = '~/points'
+STATIC_TRANSFORMS = '/tf_static'
 
 
 class PerceptionNode(RelationsNode):
@@ -59,6 +65,13 @@ class PerceptionNode(RelationsNode):
 
     def __init__(self, **node_arguments: Any) -> None:
         super().__init__('perception_node', PERCEPTION_PARAMETERS, **node_arguments)
+        try:
+            self._set_up()
+        except Exception:  # half a node must not stay in the graph
+            self.destroy_node()
+            raise
+
+    def _set_up(self) -> None:
         self._pipeline = make_pipeline(self.parameters)
         self._assembler = FrameAssembler()
         # Of the assembler and the pipeline: each topic has its own thread.
@@ -74,7 +87,7 @@ class PerceptionNode(RelationsNode):
         self.subscribe(
             PointCloud2, POINTS, self._on_points, qos.latest_cloud(is_reliable=is_reliable)
         )
-        self.serve(GetScene, '~/get_scene', self._get_scene)
+        self.serve(GetScene, '~/get_scene', self._get_scene, may_wait=False)
         self.diagnostics.add_state('objects', self._objects_state)
 
     def _subscribe_to_poses(self) -> None:
@@ -94,7 +107,9 @@ class PerceptionNode(RelationsNode):
                 qos.TRACKED_POSES,
             )
         self.subscribe(TFMessage, '/tf', self._on_transforms, qos.TRANSFORMS)
-        self.subscribe(TFMessage, '/tf_static', self._on_static_transforms, qos.STATIC_TRANSFORMS)
+        self.subscribe(
+            TFMessage, STATIC_TRANSFORMS, self._on_static_transforms, qos.STATIC_TRANSFORMS
+        )
 
     def _subscribe_to_pose(self, object_id: str, topic: str) -> None:
         def on_pose(msg: PoseStamped) -> None:
@@ -117,7 +132,10 @@ class PerceptionNode(RelationsNode):
         with self._input_lock:
             self._assembler.add_transforms((), faults)
             for transform in transforms:
-                self._pipeline.add_transform(transform)
+                try:
+                    self._pipeline.add_transform(transform)
+                except FrameTransformError as error:  # the others of a latched message count
+                    self.report_bad(STATIC_TRANSFORMS, error)
 
     def _on_points(self, msg: PointCloud2) -> None:
         if not msg.header.frame_id:

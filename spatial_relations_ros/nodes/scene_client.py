@@ -11,6 +11,7 @@ from spatial_relations_msgs.msg import Scene as SceneMsg
 from spatial_relations_msgs.srv import GetScene
 
 from spatial_relations_ros.core import InvalidSceneError, Scene, UnknownObjectError
+from spatial_relations_ros.ros import qos
 from spatial_relations_ros.ros.conversions import one_scene, scene_from_msg
 from spatial_relations_ros.ros.parameters import ParameterSpec
 from spatial_relations_ros.ros.relations_node import RelationsNode
@@ -21,6 +22,12 @@ SCENE_PARAMETERS = (
         'perception',
         'perception_node',
         'Name of the perception node; relative to the namespace.',
+        is_fixed=True,
+    ),
+    ParameterSpec(
+        'world_frame',
+        'world',
+        'Frame in which scenes of requests must be, z up against gravity; as perception has it.',
         is_fixed=True,
     ),
     ParameterSpec(
@@ -48,7 +55,10 @@ class SceneClient:
         self._node = node
         self.service_name = f'{node.parameters.text("perception")}/get_scene'
         self._client = node.create_client(
-            GetScene, self.service_name, callback_group=node.requests_group
+            GetScene,
+            self.service_name,
+            qos_profile=qos.REQUESTS,
+            callback_group=node.requests_group,
         )
 
     @property
@@ -83,11 +93,13 @@ class SceneClient:
             what: names the part of the request in errors.
 
         Raises:
-            InvalidSceneError: when both or none are given.
+            InvalidSceneError: when both or none are given, or the scene is in another frame than
+                the parameter ``world_frame`` says.
         """
         if scenes and object_ids:
             raise InvalidSceneError(f'{what}: give object ids or a scene, not both')
-        given = one_scene(scenes, what)
+        world_frame = self._node.parameters.text('world_frame')
+        given = one_scene(scenes, what, world_frame=world_frame)
         if given is not None:
             return SeenScene(given)
         if not object_ids:
@@ -108,7 +120,9 @@ def call(node: RelationsNode, client: Any, request: Any) -> Any:
         raise NoAnswerError(
             f'no service {client.srv_name}: is its node running, and in the same namespace?'
         )
+    future = client.call_async(request)
     try:
-        return wait_for(client.call_async(request), timeout_sec)
+        return wait_for(future, timeout_sec)
     except NoAnswerError as error:
+        client.remove_pending_request(future)
         raise NoAnswerError(f'{client.srv_name}: {error}') from error

@@ -17,6 +17,7 @@ from spatial_relations_ros.core import (
 from spatial_relations_ros.nodes.perception_parameters import model_source
 from spatial_relations_ros.nodes.scene_client import SceneClient, SeenScene, call
 from spatial_relations_ros.perception.object_models import ModelSource
+from spatial_relations_ros.ros import qos
 from spatial_relations_ros.ros.conversions import scene_from_msg
 from spatial_relations_ros.ros.relations_node import RelationsNode
 
@@ -39,6 +40,7 @@ class SceneRequests:
         self._recall = node.create_client(
             Recall,
             f'{node.parameters.text("metric")}/recall',
+            qos_profile=qos.REQUESTS,
             callback_group=node.requests_group,
         )
 

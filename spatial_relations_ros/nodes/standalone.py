@@ -2,22 +2,18 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
 
-from spatial_relations_ros.core import SpatialRelationsError
 from spatial_relations_ros.nodes.metric_node import MetricNode
 from spatial_relations_ros.nodes.model_host import ModelHost
 from spatial_relations_ros.nodes.perception_node import PerceptionNode
 from spatial_relations_ros.nodes.scene_client import SceneClient
-from spatial_relations_ros.ros.diagnostics import OK, State
+from spatial_relations_ros.ros.diagnostics import ERROR, OK, State
 from spatial_relations_ros.ros.relations_node import RelationsNode
 
 PERIOD_SEC = 0.1
-
-
-def _named(name: str) -> list[str]:
-    """Keeps a node's name when the process was given another one with ``-r __node:=``."""
-    return ['--ros-args', '-r', f'__node:={name}']
 
 
 class Standalone:
@@ -50,16 +46,30 @@ class Standalone:
         self._timer.cancel()
         self._state = State(OK, message)
 
+    def _node_arguments(self, parameter: str) -> dict[str, Any]:
+        """Gives a node the name under which it is asked, whatever ``-r __node:=`` the process got.
+
+        Args:
+            parameter: holds that name.
+        """
+        name = self._node.parameters.text(parameter)
+        namespace, _, name = self._node.resolve_service_name(name).rpartition('/')
+        arguments = ['--ros-args', '-r', f'__ns:={namespace or "/"}', '-r', f'__node:={name}']
+        return {'cli_args': arguments, 'context': self._node.context}
+
     def _start(self) -> None:
-        self._finish('on: perception and metric run in this process')
-        executor = self._node.executor
+        self._timer.cancel()
+        made: list[RelationsNode] = []
         try:
-            for added in (
-                PerceptionNode(cli_args=_named('perception_node')),
-                MetricNode(self._host, cli_args=_named('metric_node')),
-            ):
-                executor.add_node(added)
-        except SpatialRelationsError as error:
-            self._node.report_bad('standalone', error)
+            made.append(PerceptionNode(**self._node_arguments('perception')))
+            made.append(MetricNode(self._host, **self._node_arguments('metric')))
+        except Exception as error:  # from a timer it would end the node
+            for node in made:
+                node.destroy_node()
+            reason = self._node.report_bad('standalone', error)
+            self._state = State(ERROR, f'perception and metric do not run: {reason}')
             return
+        for node in made:
+            self._node.executor.add_node(node)
+        self._finish('on: perception and metric run in this process')
         self._node.get_logger().info(self._state.message)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -17,10 +16,8 @@ from spatial_relations_ros.learning import ModelCard, make_encoder, save_metric
 def graph(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Graph]:
     graph = Graph(tmp_path_factory.mktemp('graph'))
     yield graph
-    begin_sec = time.monotonic()
     codes = graph.close()
     assert set(codes.values()) <= {0}, f'exit codes {codes}'
-    assert time.monotonic() - begin_sec < 60.0
 
 
 @pytest.fixture(scope='session')

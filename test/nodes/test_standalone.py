@@ -11,12 +11,14 @@ import numpy as np
 import pytest
 from rcl_interfaces.msg import Parameter, ParameterType, ParameterValue
 from rcl_interfaces.srv import SetParameters
-from ros_graph import Graph
+from ros_graph import ANSWER_SEC, Graph
 from spatial_relations_msgs.msg import Scene as SceneMsg
 from spatial_relations_msgs.srv import Embed, GetScene, Imitate, ListRelations
 
 from spatial_relations_ros.core import Pose, Scene, SceneObject
+from spatial_relations_ros.ros import qos
 from spatial_relations_ros.ros.conversions import scene_to_msg
+from spatial_relations_ros.ros.waiting import wait_for
 
 pytestmark = pytest.mark.ros
 
@@ -32,6 +34,7 @@ def alone(graph: Graph, tmp_path_factory: pytest.TempPathFactory) -> Graph:
             'weights': str(folder / 'absent.safetensors'),
             'memory_path': str(folder / 'relations.sqlite3'),
             'discovery_time': 0.5,
+            'time_budget': 0.0,
             'num_starts': 1,
             'max_steps': 1,
         },
@@ -126,6 +129,33 @@ def test_ids_without_a_camera_are_answered(alone: Graph) -> None:
     )
     assert not response.success
     assert 'no point cloud' in response.message
+
+
+def test_a_scene_in_another_frame_is_refused(alone: Graph) -> None:
+    scene = make_scene(('plate', 'cup'), 0.12)
+    scene.header.frame_id = 'camera'
+    imitated = alone.call(
+        Imitate, f'{NAMESPACE}/imitate', reference_scene=[scene], test_ids=['c', 'd']
+    )
+    embedded = alone.call(Embed, f'{NAMESPACE}/metric_node/embed', scene=[scene])
+    for response in (imitated, embedded):
+        assert not response.success
+        assert "'camera'" in response.message
+        assert "'world'" in response.message
+
+
+def test_each_of_many_requests_at_once_is_answered(alone: Graph) -> None:
+    """Each needs an answer of perception, on another thread of the same process."""
+    client = alone.node.create_client(Imitate, f'{NAMESPACE}/imitate', qos_profile=qos.REQUESTS)
+    alone.wait(client.service_is_ready, 'imitate')
+    request = Imitate.Request(reference_ids=['a', 'b'], test_ids=['c', 'd'])
+    futures = [client.call_async(request) for _ in range(30)]
+    messages = [wait_for(future, ANSWER_SEC).message for future in futures]
+    served = [message for message in messages if 'no point cloud' in message]
+    refused = [message for message in messages if 'being served already' in message]
+    assert served
+    assert len(served) + len(refused) == len(messages)
+    alone.node.destroy_client(client)
 
 
 def test_two_interrupts_end_it_cleanly(alone: Graph) -> None:
