@@ -31,6 +31,7 @@ def generate_launch_description() -> LaunchDescription:
             'weights', default_value='', description='Weights file; empty: those shipped'
         ),
     ]
+    world_frame = {'world_frame': LaunchConfiguration('world_frame')}
     perception = Node(
         package='spatial_relations_ros',
         executable='perception_node',
@@ -39,7 +40,8 @@ def generate_launch_description() -> LaunchDescription:
         output='screen',
         parameters=[
             str(config / 'perception_node.yaml'),
-            {'models_path': models_path, 'world_frame': LaunchConfiguration('world_frame')},
+            {'models_path': models_path},
+            world_frame,
         ],
         remappings=[
             ('~/points', LaunchConfiguration('points')),
@@ -54,7 +56,7 @@ def generate_launch_description() -> LaunchDescription:
         name='metric_node',
         namespace=namespace,
         output='screen',
-        parameters=[str(config / 'metric_node.yaml'), weights],
+        parameters=[str(config / 'metric_node.yaml'), weights, world_frame],
     )
     imitate = Node(
         package='spatial_relations_ros',
@@ -65,6 +67,7 @@ def generate_launch_description() -> LaunchDescription:
         parameters=[
             str(config / 'imitate_node.yaml'),
             weights,
+            world_frame,
             {'models_path': models_path, 'standalone': 'false'},
         ],
     )

@@ -6,6 +6,7 @@ What trackers and cameras send is read by ``perception``, which bags share.
 from __future__ import annotations
 
 import array
+import dataclasses
 import sys
 from collections.abc import Sequence
 
@@ -27,6 +28,7 @@ from spatial_relations_ros.core import (
     SceneObject,
 )
 from spatial_relations_ros.core.rotations import xyzw_from_wxyz
+from spatial_relations_ros.perception.frames import clean_frame_id
 from spatial_relations_ros.perception.messages import read_pose, stamp_ns
 from spatial_relations_ros.perception.point_cloud2 import read_xyz
 from spatial_relations_ros.perception.series import NS_PER_SEC
@@ -136,14 +138,26 @@ def scene_from_msg(msg: SceneMsg) -> Scene:
     )
 
 
-def one_scene(scenes: Sequence[SceneMsg], field: str) -> Scene | None:
+def one_scene(scenes: Sequence[SceneMsg], field: str, *, world_frame: str) -> Scene | None:
     """The scene of a request field that holds at most one.
 
+    Args:
+        scenes: of the field.
+        field: its name, for errors.
+        world_frame: the frame in which it must be; a scene that names none is taken to be.
+
     Raises:
-        InvalidSceneError: when there are several, or the one is not usable.
+        InvalidSceneError: when there are several, or the one is not usable or in another frame.
     """
     if not scenes:
         return None
     if len(scenes) > 1:
         raise InvalidSceneError(f'{field} has {len(scenes)} scenes, at most one can be given')
-    return scene_from_msg(scenes[0])
+    scene = scene_from_msg(scenes[0])
+    given_frame = clean_frame_id(scenes[0].header.frame_id) or clean_frame_id(world_frame)
+    if given_frame != clean_frame_id(world_frame):
+        raise InvalidSceneError(
+            f'{field}: the scene is in frame {given_frame!r}, expected the world frame '
+            f'{world_frame!r}: transform its poses, or set the parameter world_frame'
+        )
+    return dataclasses.replace(scene, frame_id=world_frame)

@@ -38,3 +38,5 @@ SCENES = _keep_last(100)
 # Answers stay for whoever comes late, RViz or a planner.
 ANSWERS = _keep_last(1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 DIAGNOSTICS = _keep_last(10)
+# A burst longer than the queue would lose requests or answers: their clients would wait for ever.
+REQUESTS = _keep_last(100)

@@ -2,17 +2,24 @@
 
 from __future__ import annotations
 
+import threading
 import traceback
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager, nullcontext
 from typing import Any
 
 from rclpy.callback_groups import MutuallyExclusiveCallbackGroup, ReentrantCallbackGroup
 from rclpy.node import Node
 from rclpy.qos import QoSProfile
 
-from spatial_relations_ros.core import SpatialRelationsError
+from spatial_relations_ros.core import ConfigError, SpatialRelationsError
+from spatial_relations_ros.ros import qos as profiles
 from spatial_relations_ros.ros.diagnostics import Diagnostics
 from spatial_relations_ros.ros.parameters import Parameters, ParameterSpec
+from spatial_relations_ros.ros.waiting import BusyError
+
+# Of one node, at a time; requests beyond it are answered at once.
+MAX_WAITING_REQUESTS = 8
 
 
 class RelationsNode(Node):
@@ -34,10 +41,15 @@ class RelationsNode(Node):
             ConfigError: when a parameter override cannot be used.
         """
         super().__init__(name, **node_arguments)
-        self.parameters = Parameters(self, specs)
+        try:
+            self.parameters = Parameters(self, specs)
+        except ConfigError:  # half a node must not stay in the graph
+            Node.destroy_node(self)
+            raise
         self.diagnostics = Diagnostics(self)
         # Requests may overlap: each waits on its own thread.
         self.requests_group = ReentrantCallbackGroup()
+        self._places = threading.BoundedSemaphore(MAX_WAITING_REQUESTS)
 
     def close(self) -> None:
         """Stops what the node runs beside its callbacks; called before it is destroyed."""
@@ -62,14 +74,49 @@ class RelationsNode(Node):
             callback_group=MutuallyExclusiveCallbackGroup(),
         )
 
-    def serve(self, service_type: Any, name: str, callback: Callable[[Any, Any], Any]) -> None:
-        """Offers a service whose callback fills the response; errors become its message."""
+    def serve(
+        self,
+        service_type: Any,
+        name: str,
+        callback: Callable[[Any, Any], Any],
+        *,
+        may_wait: bool = True,
+    ) -> None:
+        """Offers a service whose callback fills the response; errors become its message.
+
+        Args:
+            service_type: of the service.
+            name: of the service.
+            callback: gets the request and the response.
+            may_wait: whether the callback waits for the worker or another node, so that only
+                ``MAX_WAITING_REQUESTS`` are served at a time.
+        """
         self.create_service(
             service_type,
             name,
-            self._guarded_service(name, callback),
+            self._guarded_service(name, callback, may_wait=may_wait),
+            qos_profile=profiles.REQUESTS,
             callback_group=self.requests_group,
         )
+
+    @contextmanager
+    def place_for_request(self) -> Iterator[None]:
+        """Holds one of the node's places for requests that wait.
+
+        Without a limit a burst would take all threads of the executor, and none would be left
+        for the answers that they wait for.
+
+        Raises:
+            BusyError: when all places are taken.
+        """
+        if not self._places.acquire(blocking=False):
+            raise BusyError(
+                f'busy: {MAX_WAITING_REQUESTS} requests are being served already; try again later'
+            )
+        try:
+            yield
+        finally:
+            self._places.release()
 
     def report_bad(self, topic: str, error: Exception) -> str:
         """Counts and logs an error of a message or a request; returns it in words."""
@@ -91,12 +138,13 @@ class RelationsNode(Node):
         return run
 
     def _guarded_service(
-        self, name: str, callback: Callable[[Any, Any], Any]
+        self, name: str, callback: Callable[[Any, Any], Any], *, may_wait: bool
     ) -> Callable[[Any, Any], Any]:
         def run(request: Any, response: Any) -> Any:
             self.diagnostics.count(name)
             try:
-                callback(request, response)
+                with self.place_for_request() if may_wait else nullcontext():
+                    callback(request, response)
             except Exception as error:  # the client gets the reason, the node lives
                 fresh = type(response)()
                 fresh.success, fresh.message = False, self.report_bad(name, error)

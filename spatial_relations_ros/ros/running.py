@@ -10,10 +10,11 @@ import rclpy
 from rclpy.executors import ExternalShutdownException, MultiThreadedExecutor
 
 from spatial_relations_ros.core import SpatialRelationsError
-from spatial_relations_ros.ros.relations_node import RelationsNode
+from spatial_relations_ros.ros.relations_node import MAX_WAITING_REQUESTS, RelationsNode
 
-# Threads are made when needed; requests that wait for the worker hold one each.
-NUM_THREADS = 16
+# Threads are made when needed. Requests that wait hold one each; two nodes of a process may serve
+# such requests, and what these wait for needs threads too.
+NUM_THREADS = 2 * MAX_WAITING_REQUESTS + 8
 
 
 def run_node(
