@@ -25,7 +25,7 @@ def write_imitation_pictures(
     *,
     reference: Scene,
     before: Scene,
-    after: Scene,
+    after: Scene | None,
     projections: Projections,
     distance_history: NDArray[np.floating] | Sequence[float],
     table_height: float | None = None,
@@ -34,13 +34,13 @@ def write_imitation_pictures(
 
     The files: ``overview.png`` (demonstration, before and after in a row), ``reference.png``,
     ``test_before.png``, ``test_after.png``, the same three names with ``_projections``, and
-    ``distance.png``.
+    ``distance.png``. Without an answer there is no overview and nothing of after.
 
     Args:
         folder: where to; made when missing.
         reference: the demonstrated scene.
         before: the test scene as it stood.
-        after: the test scene with the objects at their targets.
+        after: the test scene with the objects at their targets; None when there is no answer.
         projections: gives the network's images of a scene.
         distance_history: (S,) distance at each step.
         table_height: world z of the table in the test scene; its lowest point before by default.
@@ -49,24 +49,26 @@ def write_imitation_pictures(
         The paths written.
     """
     folder = Path(folder)
-    camera = frame_objects([before.objects, after.objects])
+    scenes = {'reference': reference, 'test_before': before}
+    if after is not None:
+        scenes['test_after'] = after
+    camera = frame_objects([scene.objects for scene in (before, after) if scene is not None])
     if table_height is None:
         table_height = min(float(outline_points(item)[:, 2].min()) for item in before.objects)
     pictures: dict[str, Image] = {
-        'overview': before_after(reference, before, after, table_height=table_height),
         'reference': render_scene(reference.objects),
         'test_before': render_scene(before.objects, camera=camera, table_height=table_height),
-        'test_after': render_scene(
+        'distance': draw_distance_curve(distance_history),
+    }
+    if after is not None:
+        pictures['overview'] = before_after(reference, before, after, table_height=table_height)
+        pictures['test_after'] = render_scene(
             after.objects,
             ghosts=moved_objects(before, after),
             camera=camera,
             table_height=table_height,
-        ),
-        'distance': draw_distance_curve(distance_history),
-    }
-    for name, scene in (
-        ('reference', reference), ('test_before', before), ('test_after', after)
-    ):  # fmt: skip
+        )
+    for name, scene in scenes.items():
         pictures[f'{name}_projections'] = draw_projections(
             projections(scene), object_ids=scene.object_ids
         )
