@@ -10,7 +10,11 @@ from spatial_relations_ros.core import TriangleMesh
 from spatial_relations_ros.datasets.generator import Body as SolidBody
 from spatial_relations_ros.datasets.generator import Placed
 from spatial_relations_ros.datasets.generator.contact import find_contacts, table_contacts
-from spatial_relations_ros.datasets.generator.stability import holds_still
+from spatial_relations_ros.datasets.generator.stability import (
+    RestingContacts,
+    holds_still,
+    is_stable,
+)
 from spatial_relations_ros.datasets.objects import ObjectModel
 from spatial_relations_ros.imitation.contact import Body
 from spatial_relations_ros.imitation.shape import Shape
@@ -29,17 +33,22 @@ def can_tell(body: Body, other: Body) -> bool:
 
 
 def stays(body: Body, other: Body, table_height: float) -> bool:
-    """Whether friction of 0.5 holds a body at rest on the table and on another, fixed body.
+    """Whether friction of 0.5 holds a body at rest on the table and on another one.
 
     Also on a table that is tilted by 4 degrees, which leaves out what would fall at a touch.
-    Surfaces nearer than 1.5 mm touch: poses from trackers are not better than that.
+    Surfaces nearer than 1.5 mm touch: poses from trackers are not better than that. The other
+    body must bear the load without tipping, if it stands at all without it: one whose pose is
+    off the table, or that something else holds, is taken as fixed.
     """
     placed, fixed = _placed(body, table_height), _placed(other, table_height)
-    contacts = [
-        table_contacts(placed, gap=CONTACT_GAP),
-        find_contacts(fixed, placed, gap=CONTACT_GAP),
-    ]
-    return holds_still(placed, contacts)
+    on_table = table_contacts(placed, gap=CONTACT_GAP)
+    between = find_contacts(fixed, placed, gap=CONTACT_GAP)
+    if not holds_still(placed, [on_table, between]):
+        return False
+    below_other = table_contacts(fixed, gap=CONTACT_GAP)
+    if not holds_still(fixed, [below_other]):
+        return True
+    return is_stable(fixed, placed, RestingContacts(below_other, on_table, between))
 
 
 def _placed(body: Body, table_height: float) -> Placed:

@@ -2,6 +2,7 @@ import dataclasses
 
 import numpy as np
 import pytest
+from manifold3d import Manifold
 
 from spatial_relations_ros.core import Pose
 from spatial_relations_ros.core.rotations import matrix_from_rotvec
@@ -72,6 +73,19 @@ def test_leaning_needs_something_to_lean_on(solids):
     travel = travel_to_contact(body, far, np.array([-1.0, 0, 0]), np.zeros((1, 3)))[0]
     against = body.shifted(np.array([-(travel - 0.0002), 0.0, 0.0]))
     assert check_placement('board', against, 'wall', far, 0.0).violations == ()
+
+
+def test_a_load_must_not_tip_what_it_stands_on(solids):
+    foot = solids.of(
+        'table',
+        Manifold.cube((0.3, 0.1, 0.01), True).translate((0, 0, 0.1))
+        + Manifold.cube((0.06, 0.06, 0.1), True).translate((0, 0, 0.05)),
+        (0, 0, 0),
+    )
+    for x, stays in ((0.0, True), (0.12, False)):
+        load = solids.box('load', (0.05, 0.05, 0.2), (x, 0, 0.2052))
+        body, base = (Body(shape_of(o), o.world_from_object) for o in (load, foot))
+        assert check_placement('load', body, 'table', base, 0.0).supported is stays
 
 
 def test_a_cloud_is_judged_by_its_centre_of_mass(solids):
