@@ -15,7 +15,8 @@ from types import TracebackType
 from spatial_relations_ros.core import SpatialRelationsError, share_path
 from spatial_relations_ros.core.share import PACKAGE_NAME
 
-STOP_TIMEOUT_SEC = 15.0
+# A node needs 3 s; a busy machine many times that.
+STOP_TIMEOUT_SEC = 60.0
 TAIL_LINES = 15
 
 

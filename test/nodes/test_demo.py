@@ -62,6 +62,7 @@ def test_missing_weights(tmp_path: Path, capsys: pytest.CaptureFixture[str], bag
 
 
 def test_an_empty_bag(tmp_path: Path, capsys: pytest.CaptureFixture[str], weights: Path) -> None:
+    (tmp_path / 'objects').mkdir()
     with Writer(tmp_path / 'demo', version=9):
         pass
     (tmp_path / 'demo.yaml').write_text(PLAN)

@@ -5,7 +5,6 @@ from __future__ import annotations
 import array
 import itertools
 import math
-import time
 from collections import Counter
 from collections.abc import Callable
 from pathlib import Path
@@ -39,9 +38,9 @@ from spatial_relations_ros.evaluation.bag_reader import BagReader, BagTopics
 from spatial_relations_ros.learning import load_metric
 from spatial_relations_ros.nodes.bag_player import BagPlayer
 from spatial_relations_ros.nodes.demo_plan import DemoPlan, read_demo_plan
-from spatial_relations_ros.perception.messages import read_pose
+from spatial_relations_ros.perception.messages import read_pose, stamp_ns
 from spatial_relations_ros.pipeline import LibraryModels, Pipeline
-from spatial_relations_ros.ros.conversions import scene_from_msg
+from spatial_relations_ros.ros.conversions import header_to_msg, scene_from_msg
 from spatial_relations_ros.ros.qos import ANSWERS, SCENES, latest_cloud
 from spatial_relations_ros.ros.waiting import wait_for
 
@@ -236,33 +235,33 @@ def test_old_scenes_are_refused(session: Session) -> None:
 
 def test_the_action_gives_feedback_and_honours_cancel(session: Session) -> None:
     client = session.graph.action(ImitateRelation, '/imitate_relation')
-    feedback: list[tuple[float, Any]] = []
+    feedback: list[Any] = []
     goal = ImitateRelation.Goal(
         reference_ids=session.reference_ids, test_ids=session.test_ids, time_budget=600.0
     )
     _set(session, 'imitate_node', 'max_steps', 10_000)
     try:
         sent = client.send_goal_async(
-            goal, feedback_callback=lambda item: feedback.append((time.monotonic(), item.feedback))
+            goal, feedback_callback=lambda item: feedback.append(item.feedback)
         )
         handle = wait_for(sent, ANSWER_SEC)
         assert handle.accepted
         session.graph.wait(
-            lambda: len(feedback) >= 5 and feedback[-1][1].step > 1, 'feedback of several steps'
+            lambda: len(feedback) >= 5 and feedback[-1].step > 1, 'feedback of several steps'
         )
         assert wait_for(handle.cancel_goal_async(), ANSWER_SEC).goals_canceling
-        begin_sec = time.monotonic()
         outcome = wait_for(handle.get_result_async(), ANSWER_SEC)
-        assert time.monotonic() - begin_sec < 30.0
     finally:
         _set(session, 'imitate_node', 'max_steps', 4)
     assert outcome.status == GoalStatus.STATUS_CANCELED
     assert 'cancelled' in outcome.result.message
     # The best so far, not nothing.
     assert [target.object_id for target in outcome.result.answers[0].targets] == session.test_ids
-    steps = [item.step for _, item in feedback]
+    steps = [item.step for item in feedback]
     assert steps == sorted(steps)
-    assert all(item.best.targets for _, item in feedback)
+    # It ended long before it would have by itself.
+    assert steps[-1] < 5_000
+    assert all(item.best.targets for item in feedback)
     client.destroy()
 
 
@@ -446,15 +445,18 @@ def test_a_malformed_cloud_is_reported_and_survived(
 
 
 def test_a_big_endian_cloud_is_read(session: Session) -> None:
-    """Runs after the clouds without points: only a readable one brings the objects back."""
+    """It has a stamp of its own: no other cloud can give its scene."""
     assert session.last_cloud is not None
     cloud = _copy(session.last_cloud)
     _big_endian(cloud)
+    stamp = header_to_msg(stamp_ns(cloud.header.stamp) + 1, '').stamp
+    cloud.header = type(cloud.header)(stamp=stamp, frame_id=cloud.header.frame_id)
 
     def is_seen() -> bool:
         session.cloud_publisher.publish(cloud)
         ids = session.reference_ids
-        return session.call(GetScene, '/perception_node/get_scene', object_ids=ids).success
+        found = session.call(GetScene, '/perception_node/get_scene', object_ids=ids)
+        return found.success and found.scene.header.stamp == stamp
 
     session.graph.wait(is_seen, 'a scene of the big-endian cloud')
 
