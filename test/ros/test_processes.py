@@ -15,8 +15,8 @@ from spatial_relations_ros.ros.domains import (
     used_udp_ports,
 )
 from spatial_relations_ros.ros.processes import (
-    NodeProcesses,
     NodeProcessError,
+    NodeProcesses,
     find_executable,
     local_graph,
 )
