@@ -15,6 +15,12 @@ torch.set_num_threads(1)
 REPOSITORY = Path(__file__).resolve().parents[1]
 
 
+@pytest.fixture(autouse=True)
+def _seed_torch():
+    """Random tensors of a test are the same in each run."""
+    torch.manual_seed(0)
+
+
 @pytest.fixture(scope='session')
 def shared_data():
     """The folder of real data beside the repository; tests skip where it is absent."""

@@ -66,7 +66,8 @@ def test_pixel_values_are_zero_or_between_bias_and_twice_the_bias():
 def test_images_do_not_depend_on_units_or_on_where_the_scene_is():
     points = torch.randn(2, 2, 300, 3, dtype=torch.float64)
     moved = 1000.0 * points + torch.tensor([5.0, -7.0, 30.0], dtype=torch.float64)
-    config = ProjectionConfig(image_size=48)
+    # With a whole number of pixels as margin the outermost points lie between two pixels.
+    config = ProjectionConfig(image_size=48, margin_px=1.3)
     assert torch.allclose(project(points, config), project(moved, config), atol=1e-6)
 
 
