@@ -1,4 +1,4 @@
-"""Retrieval of a metric over the splits of a dataset."""
+"""Retrieval over the splits of a dataset."""
 
 from __future__ import annotations
 
@@ -11,11 +11,15 @@ from numpy.typing import NDArray
 
 from spatial_relations_ros.core import DatasetFormatError, Relation
 from spatial_relations_ros.datasets.freiburg import RelationDataset, Split
+from spatial_relations_ros.evaluation.labelled_scenes import LabelledScenes, OnProgress
 from spatial_relations_ros.evaluation.retrieval import RetrievalResult, evaluate_embeddings
 from spatial_relations_ros.learning import RelationMetric
 
 PROTOCOLS = ('scene', 'object')
-_CHUNK = 64
+
+Space = Callable[[NDArray[np.int64]], NDArray[np.floating]]
+"""Embeddings (S, D) of all scenes, given the rows of a split's training scenes: a metric that was
+trained before ignores those, one that is fitted to the split uses nothing but those."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,7 +60,7 @@ def retrieve(
     dataset: RelationDataset,
     *,
     protocol: str = 'scene',
-    on_progress: Callable[[int, int], None] | None = None,
+    on_progress: OnProgress | None = None,
 ) -> SplitsReport:
     """Looks up the nearest scenes of each split's test scenes under a metric.
 
@@ -69,41 +73,41 @@ def retrieve(
     Raises:
         DatasetFormatError: when the dataset has no such split, or too few labelled scenes.
     """
+    splits = splits_of(dataset, protocol)
+    scenes = LabelledScenes.of(dataset)
+    embeddings = scenes.embed(metric, on_progress=on_progress)
+    return evaluate_splits(lambda _: embeddings, scenes, splits, protocol=protocol)
+
+
+def splits_of(dataset: RelationDataset, protocol: str) -> Sequence[Split]:
+    """The splits of a protocol.
+
+    Raises:
+        DatasetFormatError: when the dataset has none.
+    """
     splits = dataset.splits if protocol == 'scene' else dataset.object_splits
     if protocol not in PROTOCOLS or not splits:
         raise DatasetFormatError(
             f'the dataset has no {protocol} splits; it has {len(dataset.splits)} scene splits '
             f'and {len(dataset.object_splits)} object splits'
         )
-    labelled = [entry for entry in dataset.scenes if entry.label is not None]
-    embeddings = []
-    for first in range(0, len(labelled), _CHUNK):
-        chunk = [dataset.scene_of(entry) for entry in labelled[first : first + _CHUNK]]
-        embeddings.append(metric.embed_scenes(chunk))
-        if on_progress is not None:
-            on_progress(min(first + _CHUNK, len(labelled)), len(labelled))
-    rows = {entry.name: row for row, entry in enumerate(labelled)}
-    labels = np.array([int(entry.label) for entry in labelled if entry.label is not None])
-    stacked = np.concatenate(embeddings) if embeddings else np.zeros((0, metric.embedding_dim))
-    return evaluate_splits(stacked, labels, rows, splits, protocol=protocol)
+    return splits
 
 
 def evaluate_splits(
-    embeddings: NDArray[np.floating],
-    labels: NDArray[np.integer],
-    rows: dict[str, int],
-    splits: Sequence[Split],
-    *,
-    protocol: str,
+    space: Space, scenes: LabelledScenes, splits: Sequence[Split], *, protocol: str
 ) -> SplitsReport:
-    """Retrieval of given embeddings (S, D) over splits; ``rows`` maps scene names to rows."""
+    """Retrieval over splits in the space that each split's training scenes give."""
     results = []
     for split in splits:
-        gallery = np.array([rows[name] for name in split.train if name in rows], dtype=int)
-        queries = np.array([rows[name] for name in split.test if name in rows], dtype=int)
+        gallery, queries = scenes.rows(split.train), scenes.rows(split.test)
+        embeddings = space(gallery)
         results.append(
             evaluate_embeddings(
-                embeddings[gallery], labels[gallery], embeddings[queries], labels[queries]
+                embeddings[gallery],
+                scenes.labels[gallery],
+                embeddings[queries],
+                scenes.labels[queries],
             )
         )
     return SplitsReport(protocol, tuple(results))

@@ -13,6 +13,8 @@ from typing import Any
 from spatial_relations_ros import __version__
 from spatial_relations_ros.core import DatasetFormatError
 from spatial_relations_ros.datasets.freiburg import RelationDataset, Split, load_dataset
+from spatial_relations_ros.evaluation.calibrating import calibrate, calibration_entry
+from spatial_relations_ros.evaluation.labelled_scenes import LabelledScenes
 from spatial_relations_ros.evaluation.splits_report import (
     SplitsReport,
     confusion_by_name,
@@ -35,7 +37,7 @@ def train_metric(
     run_dir: Path | None = None,
     on_progress: ProgressCallback | None = None,
 ) -> ModelCard:
-    """Trains a metric, measures its retrieval on held-out objects and writes weights and card.
+    """Trains a metric, measures and calibrates it on held-out objects, writes weights and card.
 
     Args:
         data_dir: labelled scenes in the paper's folder format.
@@ -43,9 +45,9 @@ def train_metric(
         config_name: of a training configuration.
         seed: of everything random in training.
         steps: instead of the configuration's.
-        held_out_dir: another dataset, of other objects, for the retrieval numbers; training then
-            uses all of ``data_dir``. None trains on the first object split (else the first scene
-            split) and measures on its test part.
+        held_out_dir: another dataset, of other objects, for the retrieval numbers and the
+            calibration; training then uses all of ``data_dir``. None trains on the first object
+            split (else the first scene split) and measures on its test part.
         run_dir: folder of the checkpoint and the loss curve; a run found there is resumed.
         on_progress: called after each step.
 
@@ -74,16 +76,21 @@ def train_metric(
     )
     metric = RelationMetric(encoder, card)
     if held_out_dir is not None:
-        report = retrieve(metric, load_dataset(held_out_dir))
-        held_out: dict[str, Any] = {
-            'data': describe_data(held_out_dir, load_dataset(held_out_dir))
-        }
+        other = load_dataset(held_out_dir)
+        held_out = LabelledScenes.of(other)
+        described: dict[str, Any] = {'data': describe_data(held_out_dir, other)}
     else:
         assert split is not None
-        only = dataclasses.replace(dataset, splits=(split,), object_splits=())
-        report, held_out = retrieve(metric, only), {'split': split.name}
-    card = dataclasses.replace(card, retrieval={**report_entry(report), **held_out})
-    return save_metric(encoder, card, out)
+        other = dataclasses.replace(dataset, splits=(split,), object_splits=())
+        held_out = LabelledScenes.of(dataset, set(split.test))
+        described = {'split': split.name}
+    calibration = calibrate(metric, LabelledScenes.of(dataset, names), held_out)
+    card = dataclasses.replace(
+        card,
+        retrieval={**retrieval_entry(metric, other), **described},
+        calibration={**calibration_entry(calibration), **described},
+    )
+    return save_metric(encoder, card, out, calibration=calibration)
 
 
 def make_training_set(dataset: RelationDataset, names: set[str]) -> TrainingSet:
@@ -98,6 +105,14 @@ def make_training_set(dataset: RelationDataset, names: set[str]) -> TrainingSet:
 def measure_retrieval(weights: Path | None, data_dir: Path, protocol: str) -> SplitsReport:
     """Retrieval of a weights file on a dataset."""
     return retrieve(load_metric(weights), load_dataset(data_dir), protocol=protocol)
+
+
+def retrieval_entry(metric: RelationMetric, dataset: RelationDataset) -> dict[str, Any]:
+    """Retrieval over scene splits and, where the dataset has them, object splits."""
+    entry = report_entry(retrieve(metric, dataset))
+    if dataset.object_splits:
+        entry['object_splits'] = report_entry(retrieve(metric, dataset, protocol='object'))
+    return entry
 
 
 def report_entry(report: SplitsReport) -> dict[str, Any]:
@@ -142,5 +157,6 @@ __all__ = [
     'make_training_set',
     'measure_retrieval',
     'report_entry',
+    'retrieval_entry',
     'train_metric',
 ]

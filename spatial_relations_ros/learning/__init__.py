@@ -1,5 +1,6 @@
 """Encoders, the metric and its training; no ROS."""
 
+from spatial_relations_ros.learning.calibration import Calibration
 from spatial_relations_ros.learning.card import ModelCard
 from spatial_relations_ros.learning.encoders import (
     EMBEDDING_DIM,
@@ -20,6 +21,7 @@ from spatial_relations_ros.learning.weights import load_metric, save_metric
 __all__ = [
     'EMBEDDING_DIM',
     'ENCODERS',
+    'Calibration',
     'Compact',
     'Encoder',
     'Jund2018',

@@ -25,6 +25,7 @@ class ModelCard:
         data: seed, counts and hash of the training data.
         steps: optimiser steps.
         retrieval: measured numbers on held-out objects.
+        calibration: what the distances mean, in numbers; empty for weights without one.
         versions: of the libraries that trained it.
     """
 
@@ -35,6 +36,7 @@ class ModelCard:
     data: dict[str, Any] = field(default_factory=dict)
     steps: int = 0
     retrieval: dict[str, Any] = field(default_factory=dict)
+    calibration: dict[str, Any] = field(default_factory=dict)
     versions: dict[str, str] = field(default_factory=dict)
     card_version: int = CARD_VERSION
 

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from torch import Tensor
 
 from spatial_relations_ros.core import Scene
+from spatial_relations_ros.learning.calibration import Calibration
 from spatial_relations_ros.learning.card import ModelCard
 from spatial_relations_ros.learning.encoders import EMBEDDING_DIM, Encoder
 from spatial_relations_ros.learning.losses import euclidean_distance
@@ -26,13 +27,17 @@ class RelationMetric:
     Attributes:
         encoder: the network, in evaluation mode, without gradients to its weights.
         card: where the weights come from.
+        calibration: what its distances mean; None for weights without one.
         num_points: points an object that the network was trained with.
     """
 
-    def __init__(self, encoder: Encoder, card: ModelCard) -> None:
+    def __init__(
+        self, encoder: Encoder, card: ModelCard, calibration: Calibration | None = None
+    ) -> None:
         self.encoder = encoder.eval().requires_grad_(False)
         self.encoder.to(memory_format=torch.channels_last)  # type: ignore[call-overload]
         self.card = card
+        self.calibration = calibration
         self.num_points = card.num_points
 
     @property

@@ -10,6 +10,7 @@ import safetensors.torch
 from safetensors import SafetensorError
 
 from spatial_relations_ros.core import ConfigError, WeightsError, atomic_write, share_path
+from spatial_relations_ros.learning.calibration import PREFIX, Calibration
 from spatial_relations_ros.learning.card import ModelCard
 from spatial_relations_ros.learning.encoders import Encoder, make_encoder
 from spatial_relations_ros.learning.metric import RelationMetric
@@ -28,9 +29,13 @@ def file_sha256(path: Path) -> str:
         return hashlib.file_digest(file, 'sha256').hexdigest()
 
 
-def save_metric(encoder: Encoder, card: ModelCard, path: Path) -> ModelCard:
-    """Writes weights and card; returns the card with the file's hash."""
+def save_metric(
+    encoder: Encoder, card: ModelCard, path: Path, *, calibration: Calibration | None = None
+) -> ModelCard:
+    """Writes weights, with their calibration, and card; returns the card with the file's hash."""
     tensors = {name: tensor.contiguous() for name, tensor in encoder.state_dict().items()}
+    if calibration is not None:
+        tensors |= calibration.tensors()
     with atomic_write(path) as temporary:
         safetensors.torch.save_file(tensors, temporary)
     card = dataclasses.replace(card, sha256=file_sha256(path))
@@ -60,10 +65,14 @@ def load_metric(path: Path | str | None = None) -> RelationMetric:
         )
     try:
         encoder = make_encoder(card.encoder)
-        encoder.load_state_dict(safetensors.torch.load_file(path))
+        tensors = safetensors.torch.load_file(path)
+        calibration = Calibration.of_tensors(tensors)
+        encoder.load_state_dict(
+            {name: tensor for name, tensor in tensors.items() if not name.startswith(PREFIX)}
+        )
     except (SafetensorError, RuntimeError, OSError, ConfigError) as error:
         raise WeightsError(f'{path} does not fit encoder {card.encoder!r}: {error}') from error
-    return RelationMetric(encoder, card)
+    return RelationMetric(encoder, card, calibration)
 
 
 def _shipped_weights() -> Path:

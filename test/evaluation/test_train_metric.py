@@ -24,7 +24,12 @@ def test_training_writes_weights_whose_card_tells_the_truth(data, tmp_path):
     assert card.steps == 3
     assert card.config['name'] == 'default'
     assert card.data['num_scenes'] == 70
-    assert load_metric(out).card == card
+    metric = load_metric(out)
+    assert metric.card == card
+    assert metric.calibration is not None
+    assert card.calibration['same_relation_distance'] == pytest.approx(
+        metric.calibration.same_relation_distance, abs=1e-4
+    )
     again = measure_retrieval(out, data, 'scene').summary()
     assert {key: card.retrieval[key] for key in again} == again
 
