@@ -80,6 +80,28 @@ class Jund2018(Encoder):
         return images
 
 
+class Jund2018Released(Jund2018):
+    """The same network as the authors' released code uses it.
+
+    Images lose the data's mean, here a running mean over the batches of training, and the
+    embedding passes an ELU.
+    """
+
+    running_mean: Tensor
+    _MOMENTUM = 0.01
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.register_buffer('running_mean', torch.zeros(2, 1, 1))
+
+    def forward(self, images: Tensor) -> Tensor:
+        """See the base class."""
+        if self.training:
+            mean = images.detach().mean(dim=(0, 1, 3, 4))[:, None, None]
+            self.running_mean.lerp_(mean, self._MOMENTUM)
+        return F.elu(super().forward(images - self.running_mean))
+
+
 class Compact(Encoder):
     """A small strided network on 64-pixel images, for CPUs."""
 
@@ -113,7 +135,11 @@ class Compact(Encoder):
         return features
 
 
-ENCODERS: dict[str, Callable[[], Encoder]] = {'jund2018': Jund2018, 'compact': Compact}
+ENCODERS: dict[str, Callable[[], Encoder]] = {
+    'compact': Compact,
+    'jund2018': Jund2018,
+    'jund2018_released': Jund2018Released,
+}
 
 
 def make_encoder(name: str) -> Encoder:

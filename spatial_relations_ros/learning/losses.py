@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import torch
-from torch import Tensor
+from torch import Tensor, nn
 
 DISTANCE_FLOOR = 1e-6
 
@@ -63,3 +63,81 @@ def all_pairs_contrastive_loss(
     violating = (push > 0).sum().clamp_min(1)
     push_mean = push.sum() / violating if push.numel() else zero
     return 0.5 * (pull_mean + push_mean)
+
+
+def neighbourhood_loss(embeddings: Tensor, labels: Tensor, *, temperature: float = 0.3) -> Tensor:
+    """Mean of -log P(similar) over all similar pairs, where near scenes are the likely ones.
+
+    Each scene picks another with probability proportional to exp(-d^2 / temperature), as in
+    neighbourhood components analysis (Goldberger et al. 2004); the logarithm is averaged over
+    pairs as in supervised contrastive learning (Khosla et al. 2020).
+
+    Args:
+        embeddings: (B, D).
+        labels: (B,) integer classes; equal labels are similar.
+        temperature: squared distance that counts as near.
+
+    Returns:
+        Scalar; zero with a gradient when no two labels are equal.
+    """
+    squared = euclidean_distance(embeddings[:, None], embeddings[None]).square()
+    itself = torch.eye(len(labels), dtype=torch.bool, device=labels.device)
+    logits = (-squared / temperature).masked_fill(itself, -torch.inf)
+    log_share = logits - torch.logsumexp(logits, dim=1, keepdim=True)
+    similar = (labels[:, None] == labels[None]) & ~itself
+    if not similar.any():
+        return embeddings.sum() * 0.0
+    return -log_share[similar].mean()
+
+
+def graded_loss(embeddings: Tensor, labels: Tensor, measures: Tensor, *, reach: float) -> Tensor:
+    """Holds scenes of a relation apart in proportion to how far their measures are apart.
+
+    Args:
+        embeddings: (B, D).
+        labels: (B,) integer classes.
+        measures: (B, K) continuous ground truth, scaled to about one; NaN where unknown. Only
+            measures that both scenes of a pair have are compared.
+        reach: distance of scenes whose measures are one unit apart or more.
+
+    Returns:
+        Mean of squared differences over pairs of equal labels; zero with a gradient without any.
+    """
+    row, column = torch.triu_indices(len(labels), len(labels), 1, device=labels.device)
+    difference = (measures[row] - measures[column]).square()
+    known = ~difference.isnan()
+    wanted = reach * difference.nan_to_num(0.0).sum(dim=-1).sqrt().clamp_max(1.0)
+    chosen = (labels[row] == labels[column]) & known.any(dim=-1)
+    if not chosen.any():
+        return embeddings.sum() * 0.0
+    distances = euclidean_distance(embeddings[row[chosen]], embeddings[column[chosen]])
+    return (distances - wanted[chosen]).square().mean()
+
+
+class RatioLoss(nn.Module):
+    """The triplet loss of the code that the paper's authors released.
+
+    The softmax of both distances, each divided by their running mean, should be (0, 1); its
+    squared error is 2 exp(d_plus)^2 / (exp(d_plus) + exp(d_minus))^2. Source: Hoffer and Ailon,
+    "Deep metric learning using triplet network", 2015. The softmax is computed without the
+    overflow of a plain exp.
+    """
+
+    running_mean: Tensor
+
+    def __init__(self, momentum: float = 0.01) -> None:
+        """Takes the share of a batch's mean distance in the running mean."""
+        super().__init__()
+        self.momentum = momentum
+        self.register_buffer('running_mean', torch.ones(()))
+
+    def forward(self, anchor: Tensor, positive: Tensor, negative: Tensor) -> Tensor:
+        """Mean loss of triplets of embeddings, (B, D) each."""
+        d_plus = euclidean_distance(anchor, positive)
+        d_minus = euclidean_distance(anchor, negative)
+        if self.training:
+            mean = 0.5 * (d_plus + d_minus).detach().mean()
+            self.running_mean.lerp_(mean, self.momentum)
+        scale = self.running_mean.clamp_min(DISTANCE_FLOOR)
+        share = torch.softmax(torch.stack([d_plus, d_minus]) / scale, dim=0)[0]
+        return 2.0 * share.square().mean()

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import dataclasses
 import time
 from collections.abc import Callable
@@ -10,21 +9,20 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import torch
-from torch import Tensor
+from torch import Tensor, nn
 
 from spatial_relations_ros.core import ConfigError, WeightsError, atomic_write
+from spatial_relations_ros.learning.batch_loss import BatchLoss
+from spatial_relations_ros.learning.distributed import Place, training_place
 from spatial_relations_ros.learning.encoders import Encoder, make_encoder
-from spatial_relations_ros.learning.losses import (
-    all_pairs_contrastive_loss,
-    euclidean_distance,
-    triplet_contrastive_loss,
-)
 from spatial_relations_ros.learning.training_config import TrainingConfig
-from spatial_relations_ros.learning.training_set import TrainingSet, augment, lift_and_tilt
-from spatial_relations_ros.projection import project
+from spatial_relations_ros.learning.training_set import TrainingSet
 
 CHECKPOINT_SECONDS = 60.0
+CHECKPOINT_NAME = 'checkpoint.pt'
+_MAX_GRADIENT_NORM = 5.0
 
 
 @dataclass(frozen=True)
@@ -46,46 +44,62 @@ def train_encoder(
     *,
     seed: int,
     run_dir: Path | None = None,
+    device: str = 'auto',
     on_progress: ProgressCallback | None = None,
 ) -> Encoder:
     """Trains an encoder from nothing, or goes on from the checkpoint in ``run_dir``.
+
+    Under ``torchrun`` each process draws batches of its own and the gradients are averaged; all
+    of them must see the same ``run_dir``.
 
     Args:
         training_set: labelled scenes.
         config: network, loss and schedule.
         seed: of weights, batches and augmentation. On one machine and thread count the result
-            repeats exactly, also when the run is killed and resumed.
+            repeats exactly, also when the run is killed at any moment and resumed.
         run_dir: folder of ``checkpoint.pt`` and ``losses.csv``; None keeps nothing.
-        on_progress: called after each step.
+        device: ``auto``, ``cpu`` or ``cuda``.
+        on_progress: called after each step, in the first process.
 
     Raises:
         WeightsError: when the checkpoint belongs to another configuration or is damaged.
+        ConfigError: for a device that is not there.
     """
-    run = _Run(training_set, config, seed)
-    checkpoint = None if run_dir is None else run_dir / 'checkpoint.pt'
-    if checkpoint is not None and checkpoint.is_file():
-        run.restore(checkpoint)
-    start = last_saved = time.monotonic()
-    while run.step < config.steps:
-        loss = run.advance()
-        now = time.monotonic()
-        if checkpoint is not None and (now - last_saved > CHECKPOINT_SECONDS or run.is_done):
-            run.save(checkpoint)
-            last_saved = now
-        if on_progress is not None:
-            on_progress(TrainingProgress(run.step, config.steps, loss, now - start))
-    return run.encoder.eval()
+    with training_place(device) as place:
+        run = _Run(training_set, config, seed, place)
+        checkpoint = None if run_dir is None else run_dir / CHECKPOINT_NAME
+        if checkpoint is not None and checkpoint.is_file():
+            run.restore(checkpoint)
+        start = last_saved = time.monotonic()
+        while run.step < config.steps:
+            loss = run.advance()
+            if not place.is_main:
+                continue
+            now = time.monotonic()
+            if checkpoint is not None and (now - last_saved > CHECKPOINT_SECONDS or run.is_done):
+                run.save(checkpoint)
+                last_saved = now
+            if on_progress is not None:
+                on_progress(TrainingProgress(run.step, config.steps, loss, now - start))
+        return run.encoder.cpu().eval()
 
 
 class _Run:
     """State of one training run."""
 
-    def __init__(self, training_set: TrainingSet, config: TrainingConfig, seed: int) -> None:
+    def __init__(
+        self, training_set: TrainingSet, config: TrainingConfig, seed: int, place: Place
+    ) -> None:
         torch.manual_seed(seed)
-        self.training_set, self.config, self.seed = training_set, config, seed
-        self.generator = torch.Generator().manual_seed(seed)
-        self.encoder = make_encoder(config.encoder)
+        self.config, self.seed, self.place = config, seed, place
+        self.training_set = training_set.to(place.device)
+        self.encoder = make_encoder(config.encoder).to(place.device)
         self.encoder.to(memory_format=torch.channels_last)  # type: ignore[call-overload]
+        self.batch_loss = BatchLoss(config).to(place.device)
+        # What is called in training: the encoder, or its wrapper that averages gradients.
+        self.model: nn.Module = self.encoder
+        if place.is_shared:
+            self.model = nn.parallel.DistributedDataParallel(self.encoder)
         self.optimizer, self.schedule = _optimizer(self.encoder, config)
         self.step = 0
         self.losses: list[float] = []
@@ -96,82 +110,72 @@ class _Run:
 
     def advance(self) -> float:
         """One optimiser step; returns its loss."""
-        self.encoder.train()
-        loss = self._loss()
+        self.model.train()
+        self.batch_loss.train()
+        loss = self.batch_loss(self.training_set, self._embed, self._generator())
         self.optimizer.zero_grad(set_to_none=True)
         torch.autograd.backward(loss)
-        torch.nn.utils.clip_grad_norm_(self.encoder.parameters(), 5.0)
+        nn.utils.clip_grad_norm_(self.encoder.parameters(), _MAX_GRADIENT_NORM)
         self.optimizer.step()
         self.schedule.step()
         self.step += 1
         self.losses.append(float(loss.detach()))
         return self.losses[-1]
 
-    def _loss(self) -> Tensor:
-        config, generator = self.config, self.generator
-        rows = self.training_set.draw_scenes(config.scenes_per_class, generator)
-        points = self.training_set.points(rows, config.num_points, generator)
-        batch = len(rows)
-        clones = torch.randperm(batch, generator=generator)[: config.lifted_clones]
-        lifted, change = lift_and_tilt(points[clones], generator)
-        points = augment(torch.cat([points, lifted]), config, generator)
-        embeddings = self.encoder(project(points, self.encoder.projection))
-        loss = self._class_loss(embeddings[:batch], self.training_set.labels[rows])
-        if len(clones):
-            distances = euclidean_distance(embeddings[clones], embeddings[batch:])
-            loss = loss + config.lifted_weight * (distances - change).square().mean()
-        return loss
+    def _embed(self, images: Tensor) -> Tensor:
+        low = self.config.precision == 'bfloat16'
+        with torch.autocast(self.place.device.type, torch.bfloat16, enabled=low):
+            embeddings: Tensor = self.model(images)
+        return embeddings.float()
 
-    def _class_loss(self, embeddings: Tensor, labels: Tensor) -> Tensor:
-        if self.config.loss == 'all_pairs':
-            return all_pairs_contrastive_loss(embeddings, labels)
-        similar = labels[:, None] == labels[None, :]
-        others = similar & ~torch.eye(len(labels), dtype=torch.bool)
-        positive = torch.multinomial(others.float(), 1, generator=self.generator)[:, 0]
-        negative = torch.multinomial((~similar).float(), 1, generator=self.generator)[:, 0]
-        return triplet_contrastive_loss(embeddings, embeddings[positive], embeddings[negative])
+    def _generator(self) -> torch.Generator:
+        """A stream of random numbers of this step and process, so that none must be saved."""
+        stream = np.random.SeedSequence([self.seed, self.place.rank, self.step])
+        first, second = (int(number) for number in stream.generate_state(2))
+        torch.manual_seed(second)  # dropout
+        return torch.Generator().manual_seed(first)
 
     def save(self, path: Path) -> None:
         """Writes a checkpoint and the losses so far, atomically."""
         state = {
             'config': dataclasses.asdict(self.config),
             'seed': self.seed,
+            'num_processes': self.place.num_processes,
             'step': self.step,
             'losses': self.losses,
             'encoder': self.encoder.state_dict(),
+            'batch_loss': self.batch_loss.state_dict(),
             'optimizer': self.optimizer.state_dict(),
             'schedule': self.schedule.state_dict(),
-            'generator': self.generator.get_state(),
-            'dropout_generator': torch.get_rng_state(),
         }
         with atomic_write(path) as temporary:
             torch.save(state, temporary)
-        with (
-            atomic_write(path.with_name('losses.csv')) as temporary,
-            open(temporary, 'w', newline='') as file,
-        ):
-            writer = csv.writer(file)
-            writer.writerow(['step', 'loss'])
-            writer.writerows((step + 1, f'{loss:.6f}') for step, loss in enumerate(self.losses))
+        lines = [f'{step},{loss:.6f}' for step, loss in enumerate(self.losses, start=1)]
+        with atomic_write(path.with_name('losses.csv')) as temporary:
+            temporary.write_text('\n'.join(['step,loss', *lines, '']))
 
     def restore(self, path: Path) -> None:
-        """Goes on from a checkpoint of the same configuration and seed."""
+        """Goes on from a checkpoint of the same configuration, seed and number of processes."""
         try:
             # weights_only: no pickled code is run.
-            state: dict[str, Any] = torch.load(path, weights_only=True)
+            state: dict[str, Any] = torch.load(
+                path, weights_only=True, map_location=self.place.device
+            )
         except Exception as error:
             raise WeightsError(f'checkpoint {path} cannot be read: {error}') from error
-        if state['config'] != dataclasses.asdict(self.config) or state['seed'] != self.seed:
+        mine = {
+            'config': dataclasses.asdict(self.config),
+            'seed': self.seed,
+            'num_processes': self.place.num_processes,
+        }
+        if any(state.get(key) != value for key, value in mine.items()):
             raise WeightsError(
-                f'checkpoint {path} belongs to another configuration or seed; '
-                'remove it or choose another run folder'
+                f'checkpoint {path} belongs to another configuration, seed or number of '
+                'processes; remove it or choose another run folder'
             )
         self.step, self.losses = state['step'], list(state['losses'])
-        self.encoder.load_state_dict(state['encoder'])
-        self.optimizer.load_state_dict(state['optimizer'])
-        self.schedule.load_state_dict(state['schedule'])
-        self.generator.set_state(state['generator'])
-        torch.set_rng_state(state['dropout_generator'])
+        for name in ('encoder', 'batch_loss', 'optimizer', 'schedule'):
+            getattr(self, name).load_state_dict(state[name])
 
 
 def _optimizer(

@@ -2,9 +2,14 @@
 
 from __future__ import annotations
 
+import dataclasses
 from dataclasses import dataclass
 
 from spatial_relations_ros.core import ConfigError
+
+LOSSES = ('all_pairs', 'neighbourhood', 'triplet', 'ratio')
+OPTIMIZERS = ('adamw', 'sgdr')
+PRECISIONS = ('float32', 'bfloat16')
 
 
 @dataclass(frozen=True)
@@ -16,15 +21,27 @@ class TrainingConfig:
         steps: optimiser steps.
         scenes_per_class: scenes of each relation in a batch.
         num_points: points an object, drawn anew for each use.
-        loss: ``all_pairs`` or ``triplet`` (the paper's).
+        loss: ``all_pairs``, ``neighbourhood``, ``triplet`` (the paper's)
+            or ``ratio`` (the released code's); see :mod:`spatial_relations_ros.learning.losses`.
         optimizer: ``adamw`` with one warm-up and cosine decay, or ``sgdr`` (the paper's).
         learning_rate: its peak.
         weight_decay: decay of all weights.
+        precision: ``float32``, or ``bfloat16`` for the convolutions where the device has it.
         warm_restart_steps: first period of SGDR, doubled at each restart.
         swap_channels: whether base and relative change places at random, as in the paper; a
             metric trained so does not know roles.
         translation_noise: standard deviation, as a share of the scene's extent.
         rotation_noise_rad: standard deviation of small rotations.
+        point_noise: largest standard deviation of noise on each point, as a share of the scene's
+            extent; each object draws its own.
+        sparse_share: share of objects that keep only some of their points, down to a tenth.
+        partial_share: share of objects seen from one side only, as a depth camera sees them.
+        random_negatives: share of triplets whose negative is a scene with its objects at random
+            poses, for the losses over triplets.
+        graded_weight: weight of the term that makes distances within a relation follow how far
+            the scenes' measures are apart. Zero leaves all scenes of a relation alike.
+        graded_reach: distance at which scenes of a relation lie whose measures are a whole unit
+            apart.
         lifted_clones: copies in a batch whose relative object is lifted, sunk or tilted, which
             should lie at a distance that grows with the change; gives the pose optimisation a
             slope to follow where no real scene lies. Zero for none.
@@ -39,35 +56,54 @@ class TrainingConfig:
     optimizer: str = 'adamw'
     learning_rate: float = 2e-3
     weight_decay: float = 1e-3
+    precision: str = 'float32'
     warm_restart_steps: int = 1500
     swap_channels: bool = False
     translation_noise: float = 0.004
     rotation_noise_rad: float = 0.02
+    point_noise: float = 0.0
+    sparse_share: float = 0.0
+    partial_share: float = 0.0
+    random_negatives: float = 0.0
+    graded_weight: float = 0.0
+    graded_reach: float = 0.4
     lifted_clones: int = 16
     lifted_weight: float = 0.5
 
     def __post_init__(self) -> None:
-        if self.loss not in ('all_pairs', 'triplet'):
-            raise ConfigError(f'loss is {self.loss!r}; expected all_pairs or triplet')
-        if self.optimizer not in ('adamw', 'sgdr'):
-            raise ConfigError(f'optimizer is {self.optimizer!r}; expected adamw or sgdr')
+        _one_of('loss', self.loss, LOSSES)
+        _one_of('optimizer', self.optimizer, OPTIMIZERS)
+        _one_of('precision', self.precision, PRECISIONS)
         if self.steps < 1 or self.scenes_per_class < 2 or self.num_points < 4:
             raise ConfigError(
                 f'steps {self.steps}, scenes_per_class {self.scenes_per_class}, num_points '
                 f'{self.num_points}: at least 1, 2 and 4 are needed'
             )
+        for name in ('sparse_share', 'partial_share', 'random_negatives'):
+            if not 0.0 <= getattr(self, name) <= 1.0:
+                raise ConfigError(f'{name} is {getattr(self, name)}; a share lies in 0 to 1')
 
+
+def _one_of(name: str, value: str, known: tuple[str, ...]) -> None:
+    if value not in known:
+        raise ConfigError(f'{name} is {value!r}; expected one of {", ".join(known)}')
+
+
+_PAPER = TrainingConfig(
+    encoder='jund2018', steps=14000, scenes_per_class=15, num_points=4096, loss='triplet',
+    optimizer='sgdr', learning_rate=1e-3, weight_decay=5e-4, swap_channels=True, lifted_clones=0,
+)  # fmt: skip
 
 CONFIGS: dict[str, TrainingConfig] = {
     'default': TrainingConfig(),
+    # The paper's network with our loss, for comparisons within a day of CPU time.
     'jund2018': TrainingConfig(
         encoder='jund2018', steps=400, scenes_per_class=5, num_points=2048, learning_rate=7e-4,
         lifted_clones=5,
     ),
-    'paper': TrainingConfig(
-        encoder='jund2018', steps=14000, scenes_per_class=15, num_points=4096, loss='triplet',
-        optimizer='sgdr', learning_rate=1e-3, weight_decay=5e-4, swap_channels=True,
-        lifted_clones=0,
+    'paper': _PAPER,
+    'released': dataclasses.replace(
+        _PAPER, encoder='jund2018_released', loss='ratio', random_negatives=0.2
     ),
 }  # fmt: skip
 

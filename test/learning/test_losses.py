@@ -1,13 +1,17 @@
 import itertools
+import math
 
 import pytest
 import torch
 from hypothesis import given
 from hypothesis import strategies as st
 
-from spatial_relations_ros.learning import (
+from spatial_relations_ros.learning.losses import (
+    RatioLoss,
     all_pairs_contrastive_loss,
     euclidean_distance,
+    graded_loss,
+    neighbourhood_loss,
     triplet_contrastive_loss,
 )
 
@@ -65,3 +69,55 @@ def test_gradients_of_the_losses_equal_finite_differences():
     assert torch.autograd.gradcheck(lambda v: all_pairs_contrastive_loss(v, labels), vectors)
     parts = embeddings(6, 4).reshape(3, 2, 5).requires_grad_(True)
     assert torch.autograd.gradcheck(lambda p: triplet_contrastive_loss(*p), parts)
+
+
+@given(st.integers(0, 30))
+def test_neighbourhood_loss_equals_a_naive_double_loop(seed):
+    vectors = embeddings(7, seed)
+    labels = [0, 0, 0, 1, 1, 2, 3]
+    total, pairs = 0.0, 0
+    for i in range(7):
+        weights = [float(torch.exp(-((vectors[i] - v) ** 2).sum() / 0.3)) for v in vectors]
+        for j in range(7):
+            if i != j and labels[i] == labels[j]:
+                total -= math.log(weights[j] / (sum(weights) - weights[i]))
+                pairs += 1
+    loss = neighbourhood_loss(vectors, torch.tensor(labels))
+    assert float(loss) == pytest.approx(total / pairs)
+
+
+def test_graded_loss_wants_distances_in_proportion_to_the_measures():
+    measures = torch.tensor([[0.0, 0.0], [0.3, 0.4], [9.0, 0.0], [0.0, 0.0]])
+    labels = torch.tensor([1, 1, 1, 2])
+    # Half a unit apart lies half the reach apart; far apart is cut at the reach.
+    kept = torch.tensor([[0.0, 0.0], [0.2, 0.0], [0.1, math.sqrt(0.16 - 0.01)], [5.0, 5.0]])
+    assert float(graded_loss(kept, labels, measures, reach=0.4)) == pytest.approx(0.0, abs=1e-12)
+    together = torch.zeros(4, 2)
+    expected = (0.2**2 + 0.4**2 + 0.4**2) / 3
+    assert float(graded_loss(together, labels, measures, reach=0.4)) == pytest.approx(
+        expected, rel=1e-4
+    )
+
+
+def test_graded_loss_leaves_out_what_is_not_known():
+    unknown = torch.full((3, 2), torch.nan)
+    vectors = embeddings(3, 0).requires_grad_(True)
+    loss = graded_loss(vectors, torch.zeros(3, dtype=torch.long), unknown, reach=0.4)
+    loss.backward()
+    assert float(loss.detach()) == 0.0
+    half_known = torch.tensor([[0.5, torch.nan], [0.0, 1.0], [torch.nan, torch.nan]])
+    near = torch.tensor([[0.2, 0.0], [0.0, 0.0], [7.0, 7.0]])
+    value = graded_loss(near, torch.zeros(3, dtype=torch.long), half_known, reach=0.4)
+    assert float(value) == pytest.approx(0.0, abs=1e-9)
+
+
+def test_ratio_loss_is_the_squared_softmax_and_does_not_overflow():
+    loss = RatioLoss(momentum=1.0)
+    anchor = torch.zeros(1, 1)
+    value = loss(anchor, torch.tensor([[1.0]]), torch.tensor([[3.0]]))
+    assert float(loss.running_mean) == pytest.approx(2.0)
+    share = math.exp(0.5) / (math.exp(0.5) + math.exp(1.5))
+    assert float(value) == pytest.approx(2.0 * share**2)
+    loss.eval()
+    far = loss(anchor, torch.tensor([[1e4]]), torch.tensor([[0.0]]))
+    assert float(far) == pytest.approx(2.0)

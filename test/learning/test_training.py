@@ -1,4 +1,8 @@
 import dataclasses
+import os
+import subprocess
+import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -13,8 +17,13 @@ from spatial_relations_ros.core import (
     WeightsError,
 )
 from spatial_relations_ros.learning.trainer import train_encoder
-from spatial_relations_ros.learning.training_config import TrainingConfig, training_config
-from spatial_relations_ros.learning.training_set import TrainingSet, augment, lift_and_tilt
+from spatial_relations_ros.learning.training_config import (
+    LOSSES,
+    TrainingConfig,
+    training_config,
+)
+from spatial_relations_ros.learning.training_set import TrainingSet
+from spatial_relations_ros.learning.views import augment, lift_and_tilt
 
 TINY = TrainingConfig(steps=12, scenes_per_class=4, num_points=128, lifted_clones=3)
 LONGER = dataclasses.replace(TINY, steps=30)
@@ -126,17 +135,19 @@ def test_a_killed_run_ends_in_the_same_place(training_set, tmp_path):
 
 def test_a_checkpoint_of_another_run_is_refused(training_set, tmp_path):
     train_encoder(training_set, TINY, seed=5, run_dir=tmp_path)
-    with pytest.raises(WeightsError, match='another configuration or seed'):
+    with pytest.raises(WeightsError, match='another configuration, seed'):
         train_encoder(training_set, TINY, seed=6, run_dir=tmp_path)
     (tmp_path / 'checkpoint.pt').write_bytes(b'garbage')
     with pytest.raises(WeightsError, match='cannot be read'):
         train_encoder(training_set, TINY, seed=5, run_dir=tmp_path)
 
 
-@pytest.mark.parametrize('loss', ['all_pairs', 'triplet'])
+@pytest.mark.parametrize('loss', LOSSES)
 @pytest.mark.parametrize('optimizer', ['adamw', 'sgdr'])
 def test_every_loss_and_optimizer_takes_steps(training_set, loss, optimizer):
-    config = dataclasses.replace(TINY, steps=2, loss=loss, optimizer=optimizer)
+    config = dataclasses.replace(
+        TINY, steps=2, loss=loss, optimizer=optimizer, random_negatives=0.3
+    )
     encoder = train_encoder(training_set, config, seed=0)
     assert all(torch.isfinite(p).all() for p in encoder.parameters())
 
@@ -153,3 +164,32 @@ def test_a_relation_with_one_scene_is_refused(solids):
 def test_an_unknown_configuration_names_the_known_ones():
     with pytest.raises(ConfigError, match='default, jund2018, paper'):
         training_config('best')
+
+
+@pytest.mark.parametrize(
+    'change', [{'loss': 'best'}, {'precision': 'int8'}, {'partial_share': 1.5}, {'steps': 0}]
+)
+def test_unusable_settings_are_refused(change):
+    with pytest.raises(ConfigError, match=next(iter(change))):
+        TrainingConfig(**change)
+
+
+def test_training_needs_a_device_that_is_there(training_set):
+    with pytest.raises(ConfigError, match='auto, cpu or cuda'):
+        train_encoder(training_set, TINY, seed=0, device='tpu')
+
+
+def test_two_processes_train_the_same_weights(tmp_path):
+    """Started as ``torchrun`` starts them; each draws batches of its own."""
+    program = Path(__file__).with_name('train_in_processes.py')
+    subprocess.run(
+        [sys.executable, '-m', 'torch.distributed.run', '--standalone', '--local-addr',
+         '127.0.0.1', '--nproc-per-node', '2', str(program), str(tmp_path)],
+        check=True, timeout=300, capture_output=True, text=True,
+        env={**os.environ, 'GLOO_SOCKET_IFNAME': 'lo'},  # the host's name may not resolve
+    )  # fmt: skip
+    first, second = (torch.load(tmp_path / f'{rank}.pt') for rank in (0, 1))
+    for name, tensor in first['weights'].items():
+        assert 'running' in name or torch.equal(tensor, second['weights'][name]), name
+    assert first['losses'] != second['losses']
+    assert (tmp_path / 'run' / 'checkpoint.pt').is_file()
