@@ -8,6 +8,7 @@ from functools import cached_property
 import numpy as np
 import open3d as o3d
 from numpy.typing import NDArray
+from scipy.spatial import ConvexHull
 
 from spatial_relations_ros.core import Pose, TriangleMesh
 from spatial_relations_ros.datasets.objects import ObjectModel
@@ -60,6 +61,17 @@ class Body:
             len(features),
             float(np.linalg.norm(model.mesh.vertices, axis=1).max()),
         )
+
+    @cached_property
+    def hull_planes(self) -> FloatArray:
+        """Planes (F, 4) of the convex hull, object frame: normal and offset, negative inside."""
+        planes: FloatArray = ConvexHull(self.model.mesh.vertices.astype(np.float64)).equations
+        return np.unique(planes.round(6), axis=0)
+
+    @cached_property
+    def face_points(self) -> NDArray[np.float32]:
+        """The points that are spread evenly over the surface, object frame."""
+        return self.points[self.num_features :]
 
     @cached_property
     def coarse(self) -> Body:

@@ -10,6 +10,8 @@ from spatial_relations_ros.core import Relation
 from spatial_relations_ros.core.rotations import tilt_angle_rad
 from spatial_relations_ros.datasets.generator.body import FloatArray, Placed
 from spatial_relations_ros.datasets.generator.contact import MAX_PENETRATION, clearance
+from spatial_relations_ros.datasets.generator.footing import Footing
+from spatial_relations_ros.datasets.generator.leaning import lean_angle_rad
 from spatial_relations_ros.datasets.generator.stability import (
     RestingContacts,
     is_stable,
@@ -17,6 +19,9 @@ from spatial_relations_ros.datasets.generator.stability import (
 )
 
 MAX_CONTACT_GAP = 0.0015
+LEAST_LEAN_RAD = float(np.deg2rad(15.0))
+LEAST_HEIGHT_IN_HOLLOW = 1.6
+_FLAT_HOLLOW = 0.015
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,30 +74,64 @@ def measure(relation: Relation, base: Placed, relative: Placed) -> Measured | st
 
 def _shape_reason(relation: Relation, base: Placed, relative: Placed) -> str:
     """Cheap conditions on the bodies' extents."""
-    base_vertices, relative_vertices = base.world_vertices, relative.world_vertices
-    base_top = float(base_vertices[:, 2].max())
-    bottom, top = float(relative_vertices[:, 2].min()), float(relative_vertices[:, 2].max())
-    opening = base.body.model.opening
     if relation in (Relation.ON_TOP, Relation.ON_TOP_EDGE):
-        if bottom < 0.003:
-            return 'on the table'
-        if base.body.model.is_container and bottom < base_top - 0.008:
-            return 'inside, not on top'
-        if bottom < 0.5 * base_top:
-            return 'beside, not on top'
-    if relation in (Relation.INSIDE, Relation.INSIDE_INCLINED):
-        assert opening is not None
-        rim = float(base.translation[2] + opening.rim_z)
-        reached = (rim - bottom) / min(opening.depth, top - bottom)
-        least = 0.5 if relation is Relation.INSIDE else 0.35
-        # A tall carton on the floor of a frying pan is not inside of it.
-        if reached < least or rim - bottom < 0.2 * (top - bottom):
-            return 'not deep enough'
-    if relation is Relation.INSIDE_INCLINED and top < base_top + 0.008:
-        return 'below the rim'
+        return _on_top_reason(relation, base, relative)
+    if relation is Relation.INSIDE:
+        return _inside_reason(base, relative)
+    if relation is Relation.INSIDE_INCLINED:
+        return _inside_inclined_reason(base, relative)
     if relation is Relation.INSIDE_LYING:
-        return _lying_reason(base, relative_vertices)
+        return _lying_reason(base, relative.world_vertices)
+    if relation is Relation.INCLINED and lean_angle_rad(relative) < LEAST_LEAN_RAD:
+        return 'hardly leans'
     return ''
+
+
+def _on_top_reason(relation: Relation, base: Placed, relative: Placed) -> str:
+    base_top = float(base.world_vertices[:, 2].max())
+    bottom, top = _vertical_range(relative)
+    if bottom < 0.003:
+        return 'on the table'
+    if bottom < base_top - 0.008 and not _in_hollow(base, bottom, top):
+        return 'beside, not on top'
+    footing = Footing.of(base, relative)
+    return footing.on_top_reason() if relation is Relation.ON_TOP else footing.edge_reason()
+
+
+def _in_hollow(base: Placed, bottom: float, top: float) -> bool:
+    """Whether something stands in the hollow of an upright plate or tray and towers above it."""
+    opening = base.body.model.opening
+    if opening is None or base.body.model.is_container or base.rotation[2, 2] < 0.99:
+        return False
+    rim = float(base.translation[2] + opening.rim_z)
+    least = LEAST_HEIGHT_IN_HOLLOW if opening.depth > _FLAT_HOLLOW else 1.0
+    return top - bottom > least * (rim - bottom)
+
+
+def _inside_reason(base: Placed, relative: Placed) -> str:
+    opening = base.body.model.opening
+    assert opening is not None
+    bottom, top = _vertical_range(relative)
+    below_rim = float(base.translation[2] + opening.rim_z) - bottom
+    # A tall carton on the floor of a frying pan is not inside of it.
+    if below_rim < 0.6 * min(opening.depth, top - bottom) or below_rim < 0.25 * (top - bottom):
+        return 'not deep enough'
+    return ''
+
+
+def _inside_inclined_reason(base: Placed, relative: Placed) -> str:
+    opening = base.body.model.opening
+    assert opening is not None
+    bottom, top = _vertical_range(relative)
+    below_rim = float(base.translation[2] + opening.rim_z) - bottom
+    if below_rim < 0.4 * min(opening.depth, top - bottom) or below_rim < 0.25 * (top - bottom):
+        return 'not deep enough'
+    return 'hardly leans' if lean_angle_rad(relative) < LEAST_LEAN_RAD else ''
+
+
+def _vertical_range(placed: Placed) -> tuple[float, float]:
+    heights = placed.world_vertices[:, 2]
+    return float(heights.min()), float(heights.max())
 
 
 def _lying_reason(base: Placed, relative_vertices: FloatArray) -> str:
@@ -101,7 +140,7 @@ def _lying_reason(base: Placed, relative_vertices: FloatArray) -> str:
     local = base.to_object(relative_vertices)
     inside = opening.rim_z - float(local[:, 2].min())
     length = float(np.ptp(local[:, 2]))
-    if inside < 0.3 * min(opening.depth, length):
+    if inside < 0.4 * min(opening.depth, length) or inside < 0.3 * length:
         return 'not deep enough'
     return ''
 
@@ -121,16 +160,3 @@ def _contact_reason(relation: Relation, contacts: RestingContacts) -> str:
         if np.ptp(heights) < 0.02:
             return 'does not lean'
     return ''
-
-
-def overhang(base: Placed, relative: Placed) -> float:
-    """Largest reach of the relative beyond the base's outline, as a share of its own width."""
-    shares = []
-    for angle in np.arange(0.0, 2.0 * np.pi, np.pi / 12.0):
-        direction = np.array([np.cos(angle), np.sin(angle), 0.0])
-        beyond = (relative.world_vertices @ direction).max() - (
-            base.world_vertices @ direction
-        ).max()
-        width = np.ptp(relative.world_vertices @ direction)
-        shares.append(beyond / width)
-    return float(max(shares))

@@ -25,6 +25,7 @@ from spatial_relations_ros.datasets.generator.resting import (
 _NUM_DROPS = 9
 _FOOT_HEIGHT = 0.02
 _LEAST_SHARE_INSIDE = 0.35
+_BELOW_RIM_SHARE = 0.5
 
 
 def place_inclined(base: Body, relative: Body, rng: np.random.Generator) -> Pair | str:
@@ -58,8 +59,8 @@ def _lean_angle(standing: Placed, direction: FloatArray, rng: np.random.Generato
     height = float(standing.world_vertices[:, 2].max())
     width = 2.0 * half_width(standing, direction)
     if height < 0.8 * width or (height < 1.2 * width and rng.random() < 0.5):
-        return -float(np.deg2rad(rng.uniform(10.0, 75.0)))
-    return float(np.deg2rad(rng.uniform(8.0, 55.0)))
+        return -float(np.deg2rad(rng.uniform(15.0, 75.0)))
+    return float(np.deg2rad(rng.uniform(15.0, 60.0)))
 
 
 def tilt(placed: Placed, direction: FloatArray, angle_rad: float) -> Placed:
@@ -80,19 +81,47 @@ def place_inside_inclined(base: Body, relative: Body, rng: np.random.Generator) 
     direction = random_direction(rng) if opening.is_round else side_direction(fixed, rng)
     if rng.random() < 0.75:
         standing = faced(standing, direction, rng)
-    angle = float(np.deg2rad(rng.uniform(8.0, 60.0)))
+    angle = float(np.deg2rad(rng.uniform(15.0, 65.0)))
     tilted = tilt(standing, direction, angle)
     # What is below the rim when the lowest point is on the floor must fit through the opening.
     vertices = tilted.world_vertices
     sunk = vertices[vertices[:, 2] < vertices[:, 2].min() + opening.depth]
     if np.ptp(sunk @ direction) > 2.1 * max(opening.rim_half_size):
         return 'does not fit'
-    if float(np.ptp(vertices[:, 2])) < opening.depth + 0.008:
-        return 'below the rim'
     centre = fixed.rotation @ [*opening.centre, 0.0] + fixed.translation
+    if float(np.ptp(vertices[:, 2])) < opening.depth + 0.008:
+        if rng.random() > _BELOW_RIM_SHARE:
+            return 'below the rim'
+        return _lean_on_wall(fixed, tilted, direction, centre=centre, rng=rng)
     rim = float(fixed.translation[2] + opening.rim_z)
     floor_limit = rim - _LEAST_SHARE_INSIDE * opening.depth
     return _slide_to_rim(fixed, tilted, direction, centre=centre, floor_limit=floor_limit)
+
+
+def _lean_on_wall(
+    fixed: Placed,
+    tilted: Placed,
+    direction: FloatArray,
+    *,
+    centre: FloatArray,
+    rng: np.random.Generator,
+) -> Pair | str:
+    """Sets a body that does not reach the rim on the floor and pushes it against the wall."""
+    opening = fixed.body.model.opening
+    assert opening is not None
+    sideways = np.array([-direction[1], direction[0], 0.0])
+    room = min(opening.floor_half_size) - half_width(tilted, sideways)
+    if room < 0.0 or half_width(tilted, direction) > min(opening.rim_half_size):
+        return 'does not fit'
+    lateral = rng.uniform(-0.7, 0.7) * room * sideways
+    inside, _ = _drop(above(tilted, fixed, centre + lateral), fixed, np.inf)
+    if inside.world_vertices[:, 2].min() > fixed.translation[2] + opening.floor_z + 0.01:
+        return 'does not reach the floor'
+    raised = inside.moved(np.array([0.0, 0.0, 2e-4]))
+    touching = pushed(raised, fixed, direction)
+    if touching is None:
+        return 'passes over the rim'
+    return fixed, _drop(touching.moved(-2e-4 * direction), fixed, np.inf)[0]
 
 
 def _slide_to_rim(

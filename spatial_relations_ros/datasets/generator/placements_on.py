@@ -5,6 +5,11 @@ from __future__ import annotations
 import numpy as np
 
 from spatial_relations_ros.datasets.generator.body import Body, FloatArray, Placed
+from spatial_relations_ros.datasets.generator.footing import (
+    CENTRED_SHARE,
+    INNER_MARGIN_OF_SUPPORT,
+    LEAST_OVERHANG_OF_FOOT,
+)
 from spatial_relations_ros.datasets.generator.resting import (
     ANY_WAY_UP,
     about_z,
@@ -12,27 +17,32 @@ from spatial_relations_ros.datasets.generator.resting import (
     centred,
     dropped,
     half_width,
+    horizontal,
     pushed,
     random_direction,
     rest_on_table,
+    side_direction,
 )
 
 Pair = tuple[Placed, Placed]
 
-MAX_GAP = 0.15
+MAX_GAP = 0.20
 _TYPICAL_GAP = 0.035
+_TOUCHING_SHARE = 0.12
 _TOP_BAND = 0.002
+_NARROW_TOP = 0.025
+_NARROW_TOP_SHARE = 0.3
 
 
 def place_next_to(base: Body, relative: Body, rng: np.random.Generator) -> Pair | str:
-    """Both stand on the table, with a gap of up to 15 cm, mostly a few centimetres."""
+    """Both stand on the table: touching, or apart by up to 20 cm, mostly a few centimetres."""
     fixed = rest_on_table(base, ANY_WAY_UP, rng)
     moving = rest_on_table(relative, ANY_WAY_UP, rng)
     if fixed is None or moving is None:
         return 'no rest pose'
     direction = random_direction(rng)
     sideways = np.array([-direction[1], direction[0], 0.0])
-    lateral = rng.uniform(-0.5, 0.5) * min(
+    lateral = rng.uniform(-0.5, 0.5) * max(
         half_width(fixed, sideways), half_width(moving, sideways)
     )
     start = -direction * (base.radius + relative.radius + 0.1) + sideways * lateral
@@ -40,6 +50,8 @@ def place_next_to(base: Body, relative: Body, rng: np.random.Generator) -> Pair 
     if touching is None:
         return 'passes the base'
     gap = min(0.002 + rng.exponential(_TYPICAL_GAP), MAX_GAP)
+    if rng.random() < _TOUCHING_SHARE:
+        gap = rng.uniform(0.0002, 0.002)
     return fixed, touching.moved(-direction * gap)
 
 
@@ -57,49 +69,67 @@ def bottom_region(placed: Placed) -> FloatArray:
 
 
 def place_on_top(base: Body, relative: Body, rng: np.random.Generator) -> Pair | str:
-    """The relative stands on the base, well supported, at most a little off the middle."""
+    """The relative stands well within the base's top, or centred where it is the larger one."""
     fixed = rest_on_table(base, ANY_WAY_UP, rng)
     moving = rest_on_table(relative, ANY_WAY_UP, rng)
     if fixed is None or moving is None:
         return 'no rest pose'
     centre, top = top_region(fixed)
     direction = random_direction(rng)[:2]
-    base_half = support_width(top, centre, direction)
-    relative_half = half_width(moving, np.append(direction, 0.0))
-    if base_half < 0.015:
+    base_half = _half(top, direction)
+    if base_half < _NARROW_TOP and rng.random() > _NARROW_TOP_SHARE:
+        return 'narrow top'
+    if base_half < 0.010:
         return 'top too small'
-    # Up to 60 % of the way at which an overhang begins; slightly off when it is the larger one.
-    largest = max(0.6 * (base_half - relative_half), 0.15 * min(base_half, relative_half))
+    foot_half = _half(bottom_region(moving), direction)
+    # What is on the bases' border is left out, and where the foot is large only its middle is in.
+    inner = base_half * (1.0 - 2.0 * INNER_MARGIN_OF_SUPPORT) - foot_half - 0.005
+    largest = max(inner, 2.0 * CENTRED_SHARE * min(base_half, foot_half))
     offset = np.sqrt(rng.random()) * largest * direction
-    moving = dropped(above(moving, fixed, centre + offset), fixed)
+    foot = bottom_region(moving)
+    to_foot = 0.5 * (foot.min(axis=0) + foot.max(axis=0)) - _middle(moving)
+    moving = dropped(above(moving, fixed, centre + offset - to_foot), fixed)
     return fixed, moving
 
 
 def place_on_edge(base: Body, relative: Body, rng: np.random.Generator) -> Pair | str:
-    """The relative stands on the border of the base and clearly reaches over it."""
+    """The relative stands on the border or a corner of the base and clearly reaches over it."""
     fixed = rest_on_table(base, ANY_WAY_UP, rng)
     moving = rest_on_table(relative, ANY_WAY_UP, rng)
     if fixed is None or moving is None:
         return 'no rest pose'
     centre, top = top_region(fixed)
-    direction = random_direction(rng)[:2]
-    base_half = support_width(top, centre, direction)
+    direction = side_direction(fixed, rng)[:2]
+    if rng.random() < 0.3:  # towards a corner
+        turn = horizontal(np.pi / 4.0 + rng.normal(0.0, 0.1))
+        direction = about_z(np.arctan2(turn[1], turn[0]))[:2, :2] @ direction
+    base_reach = support_width(top, centre, direction)
+    moving = moving.turned(about_z(rng.uniform(0.0, 2.0 * np.pi)))
     moving = centred(moving, np.append(centre, 0.0), bottom=0.0)
     foot = bottom_region(moving)
-    foot_half = support_width(foot, centre, direction)
-    if base_half < 0.02 or foot_half < 0.01:
+    foot_width = 2.0 * _half(foot, direction)
+    if base_reach < 0.02 or foot_width < 0.02:
         return 'top too small'
     # The share of the foot that hangs over; the base must stay under the centre of mass.
-    overhang = rng.uniform(0.15, 0.46)
-    offset = base_half - foot_half + 2.0 * overhang * foot_half
-    # On something much smaller, or by a small part of its own size, it would look centred.
-    if offset < max(0.45 * base_half, 0.3 * foot_half):
-        return 'relative too large'
-    turn = about_z(rng.uniform(0.0, 2.0 * np.pi))
-    moving = above(moving.turned(turn), fixed, centre + offset * direction)
+    overhang = rng.uniform(LEAST_OVERHANG_OF_FOOT + 0.01, 0.48)
+    shift = base_reach - support_width(foot, centre, direction) + overhang * foot_width
+    along = np.array([-direction[1], direction[0]])
+    slide = rng.normal(0.0, 0.15) * _half(top, along)
+    moving = above(moving, fixed, centre + shift * direction + slide * along)
     return fixed, dropped(moving, fixed)
 
 
 def support_width(points: FloatArray, centre: FloatArray, direction: FloatArray) -> float:
     """Reach of points (N, 2) beyond a centre (2,) along a direction (2,), metres."""
     return float(((points - centre) @ direction).max())
+
+
+def _half(points: FloatArray, direction: FloatArray) -> float:
+    """Half of the extent of points (N, 2) along a direction (2,), metres."""
+    return float(np.ptp(points @ direction)) / 2.0
+
+
+def _middle(placed: Placed) -> FloatArray:
+    """Middle (2,) of a body's bounding box seen from above."""
+    vertices = placed.world_vertices[:, :2]
+    return np.asarray(0.5 * (vertices.min(axis=0) + vertices.max(axis=0)))

@@ -11,14 +11,16 @@ from spatial_relations_ros.datasets.generator.contact import travel_to_contact
 from spatial_relations_ros.datasets.objects import RestKind, RestPose
 
 ANY_WAY_UP: Mapping[RestKind, float] = {
-    RestKind.UPRIGHT: 0.6,
-    RestKind.SIDE: 0.25,
-    RestKind.UPSIDE_DOWN: 0.15,
+    RestKind.UPRIGHT: 0.65,
+    RestKind.SIDE: 0.23,
+    RestKind.UPSIDE_DOWN: 0.12,
 }
 UPRIGHT_ONLY: Mapping[RestKind, float] = {RestKind.UPRIGHT: 1.0}
 SIDE_ONLY: Mapping[RestKind, float] = {RestKind.SIDE: 1.0}
 
 _MIN_TIPPING_ANGLE = np.deg2rad(7.0)
+_SLANT = np.deg2rad(14.0)
+_SLANTING_SHARE = 0.2
 UP = np.array([0.0, 0.0, 1.0])
 DOWN = -UP
 
@@ -67,8 +69,15 @@ def sample_rest_pose(
     shares = np.array([weights[kind] for kind in kinds])
     poses = by_kind[kinds[rng.choice(len(kinds), p=shares / shares.sum())]]
     # Wide footprints are likelier, yet a cereal box is also laid on its narrow side.
-    margins = np.array([pose.margin for pose in poses]) + 2e-3
+    margins = np.array([(pose.margin + 2e-3) * _likelihood(pose) for pose in poses])
     return poses[rng.choice(len(poses), p=margins / margins.sum())]
+
+
+def _likelihood(pose: RestPose) -> float:
+    """People rarely leave things on a slanting side."""
+    level = abs(pose.rotation[2, 2])
+    is_slanting = np.sin(_SLANT) < level < np.cos(_SLANT)
+    return _SLANTING_SHARE if is_slanting else 1.0
 
 
 def rest_on_table(

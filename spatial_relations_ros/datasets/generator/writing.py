@@ -13,7 +13,7 @@ from spatial_relations_ros.core import ConfigError, Relation
 from spatial_relations_ros.datasets.freiburg import RelationDataset, RelationScene, write_dataset
 from spatial_relations_ros.datasets.freiburg.writing import write_lines
 from spatial_relations_ros.datasets.generator.body import Body
-from spatial_relations_ros.datasets.generator.checks import overhang
+from spatial_relations_ros.datasets.generator.ground_truth import ground_truth
 from spatial_relations_ros.datasets.generator.scenes import GeneratedScene, SceneSampler
 from spatial_relations_ros.datasets.generator.splits import (
     group_of,
@@ -21,24 +21,44 @@ from spatial_relations_ros.datasets.generator.splits import (
     object_splits,
     scene_splits,
 )
-from spatial_relations_ros.datasets.objects import OBJECT_FAMILIES, ObjectModel, sample_object
+from spatial_relations_ros.datasets.objects import (
+    CONTAINER_FAMILIES,
+    OBJECT_FAMILIES,
+    ObjectModel,
+    sample_object,
+)
 
 NUM_SPLITS = 15
 MIN_SCENES = 4 * len(Relation)
 POINTS_PER_OBJECT = 8192
-_SCENES_STREAM, _OBJECTS_STREAM, _CLOUDS_STREAM, _SPLITS_STREAM = range(4)
+_SCENES_STREAM, _OBJECTS_STREAM, _CLOUDS_STREAM, _SPLITS_STREAM, _FAMILIES_STREAM = range(5)
 
 OnProgress = Callable[[int, int], None]
 
 
 def generate_objects(num_objects: int, *, seed: int) -> list[ObjectModel]:
-    """Objects spread evenly over the families, named ``<family><number>``."""
+    """Objects spread evenly over the families, named ``<family><number>``.
+
+    The seed shuffles the families, so that small sets hold other ones each time; about a third
+    are containers in any set.
+    """
+    families = _family_order(np.random.default_rng([seed, _FAMILIES_STREAM]))
     models = []
     for idx in range(num_objects):
-        family = OBJECT_FAMILIES[idx % len(OBJECT_FAMILIES)]
+        family = families[idx % len(families)]
         rng = np.random.default_rng([seed, _OBJECTS_STREAM, idx])
-        models.append(sample_object(family, rng, name=f'{family}{idx // len(OBJECT_FAMILIES)}'))
+        models.append(sample_object(family, rng, name=f'{family}{idx // len(families)}'))
     return models
+
+
+def _family_order(rng: np.random.Generator) -> list[str]:
+    """All families, shuffled, the containers evenly among the others."""
+    others = [family for family in OBJECT_FAMILIES if family not in CONTAINER_FAMILIES]
+    placed: list[tuple[float, str]] = []
+    for families in (CONTAINER_FAMILIES, others):
+        for rank, idx in enumerate(rng.permutation(len(families))):
+            placed.append(((rank + 0.5) / len(families), families[idx]))
+    return [family for _, family in sorted(placed)]
 
 
 def generate_dataset(
@@ -56,13 +76,14 @@ def generate_dataset(
     as the paper's data does; besides ``dataset.json`` (the
     arguments), ``meshes/<object>.ply``, ``objects.json`` (family and
     dimensions), ``object_splits/`` (no object of a test scene is in a training scene; made from
-    40 objects up) and ``ground_truth.jsonl`` (how each scene came out). All labels are equally
-    frequent. The same arguments give the same bytes.
+    48 objects up) and ``ground_truth.jsonl`` (what was measured on each scene; see
+    :func:`ground_truth`). All labels are equally frequent. The same arguments give the same
+    bytes.
 
     Args:
         folder: is made; files of the same names are replaced.
         num_scenes: scenes in all, at least 28: splits test a quarter of each relation's.
-        num_objects: objects in all, at least 10, spread evenly over the families. From 40
+        num_objects: objects in all, at least 10, spread evenly over the families. From 48
             objects up they are dealt to groups and scenes pair objects of the same group, so
             that splits over objects lose no scene.
         seed: of everything random.
@@ -90,7 +111,7 @@ def generate_dataset(
         # Only poses and numbers are kept: a scene's contact points take half a megabyte.
         generated = _scene_of_index(idx, samplers, seed=seed)
         scenes.append(_relation_scene(idx, generated))
-        truths.append(_ground_truth(scenes[-1].name, generated))
+        truths.append(ground_truth(scenes[-1].name, generated))
         if on_progress is not None:
             on_progress(idx + 1, num_scenes)
     dataset = _dataset(models, scenes, groups=groups, seed=seed, num_points=num_points)
@@ -154,29 +175,3 @@ def _relation_scene(idx: int, scene: GeneratedScene) -> RelationScene:
         relative.pose(),
         scene.relation,
     )
-
-
-def _ground_truth(name: str, scene: GeneratedScene) -> dict[str, object]:
-    measured = scene.measured
-    offset = measured.relative.centre_of_mass() - measured.base.centre_of_mass()
-    return {
-        'scene': name,
-        'relation': int(scene.relation),
-        'table_height': round(-float(measured.base.translation[2]), 6),
-        'base_tilt_rad': round(measured.base_tilt_rad, 5),
-        'tilt_rad': round(measured.tilt_rad, 5),
-        'offset': [round(float(value), 5) for value in offset],
-        'overhang': round(overhang(measured.base, measured.relative), 4),
-        'clearance': round(measured.clearance, 5),
-        'contact_points': len(measured.contacts.base_relative),
-        'contact_height': _contact_height(scene),
-        'rejected': dict(sorted(scene.rejected.items())),
-    }
-
-
-def _contact_height(scene: GeneratedScene) -> list[float] | None:
-    """Lowest and highest contact between the objects above the table, metres."""
-    points = scene.measured.contacts.base_relative.points
-    if not len(points):
-        return None
-    return [round(float(points[:, 2].min()), 5), round(float(points[:, 2].max()), 5)]

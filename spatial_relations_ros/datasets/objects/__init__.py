@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable
 
 import numpy as np
 
 from spatial_relations_ros.core import ConfigError
-from spatial_relations_ros.datasets.objects import packages, vessels
+from spatial_relations_ros.datasets.objects.families import CONTAINERS, OTHERS
 from spatial_relations_ros.datasets.objects.mass import MassProperties, mass_properties
 from spatial_relations_ros.datasets.objects.model import ObjectModel, Opening
 from spatial_relations_ros.datasets.objects.rest_poses import RestKind, RestPose
 
 __all__ = [
+    'CONTAINER_FAMILIES',
     'MassProperties',
     'OBJECT_FAMILIES',
     'ObjectModel',
@@ -24,29 +24,9 @@ __all__ = [
     'sample_object',
 ]
 
-_MAKERS: dict[str, Callable[[np.random.Generator], ObjectModel]] = {
-    'basket': packages.make_basket,
-    'book': packages.make_book,
-    'bottle': packages.make_bottle,
-    'bowl': vessels.make_bowl,
-    'box': packages.make_box,
-    'bucket': vessels.make_bucket,
-    'can': packages.make_can,
-    'carton': packages.make_carton,
-    'container': packages.make_container,
-    'cup': vessels.make_cup,
-    'dispenser': packages.make_dispenser,
-    'drawer': packages.make_drawer,
-    'glass': vessels.make_glass,
-    'jar': vessels.make_jar,
-    'mug': vessels.make_mug,
-    'pan': vessels.make_pan,
-    'plate': vessels.make_plate,
-    'pot': vessels.make_pot,
-    'tray': packages.make_tray,
-    'vase': vessels.make_vase,
-}
+_MAKERS = {**CONTAINERS, **OTHERS}
 
+CONTAINER_FAMILIES: tuple[str, ...] = tuple(CONTAINERS)
 OBJECT_FAMILIES: tuple[str, ...] = tuple(_MAKERS)
 
 

@@ -5,10 +5,9 @@ from __future__ import annotations
 import numpy as np
 from manifold3d import Manifold
 
-from spatial_relations_ros.datasets.objects.model import ObjectModel, Opening, model_of_solid
+from spatial_relations_ros.datasets.objects.materials import FILLED, PAPER
+from spatial_relations_ros.datasets.objects.model import ObjectModel, model_of_solid
 from spatial_relations_ros.datasets.objects.solids import box, solid_of_wall, tapered_box
-
-FILLED, PAPER, WOOD, PLASTIC = 700.0, 800.0, 650.0, 950.0
 
 
 def make_box(rng: np.random.Generator) -> ObjectModel:
@@ -91,89 +90,4 @@ def make_book(rng: np.random.Generator) -> ObjectModel:
     pages = pages + box((size[0] - 0.007, size[1] - 0.010, size[2] - cover), bottom=cover / 2)
     return model_of_solid(
         'book', shell + pages, dict(zip('xyz', size, strict=True)), density=PAPER
-    )
-
-
-def _square_vessel(
-    family: str,
-    bottom: tuple[float, float],
-    top: tuple[float, float],
-    height: float,
-    *,
-    wall: float,
-    radius: float,
-    density: float,
-) -> ObjectModel:
-    outer = tapered_box(bottom, top, height, radius=radius)
-    inner_bottom = (bottom[0] - 2 * wall, bottom[1] - 2 * wall)
-    inner_top = (top[0] - 2 * wall, top[1] - 2 * wall)
-    cavity = tapered_box(inner_bottom, inner_top, height, radius=max(radius - wall, 0.0))
-    above = tapered_box(inner_top, inner_top, 0.05, radius=max(radius - wall, 0.0))
-    cavity = cavity.translate((0, 0, wall)) + above.translate((0, 0, height))
-    opening = Opening(
-        (inner_top[0] / 2, inner_top[1] / 2),
-        (inner_bottom[0] / 2, inner_bottom[1] / 2),
-        height,
-        wall,
-        is_round=False,
-    )
-    dimensions = {'top_x': top[0], 'top_y': top[1], 'height': height, 'wall': wall}
-    return model_of_solid(family, outer - cavity, dimensions, opening=opening, density=density)
-
-
-def make_container(rng: np.random.Generator) -> ObjectModel:
-    """Box without a lid, straight walls."""
-    size = (rng.uniform(0.11, 0.26), rng.uniform(0.09, 0.19))
-    return _square_vessel(
-        'container',
-        size,
-        size,
-        rng.uniform(0.06, 0.14),
-        wall=rng.uniform(0.003, 0.006),
-        radius=0.0,
-        density=PLASTIC,
-    )
-
-
-def make_basket(rng: np.random.Generator) -> ObjectModel:
-    """Basket: walls that lean outwards, round corners."""
-    top = (rng.uniform(0.16, 0.27), rng.uniform(0.13, 0.20))
-    share = rng.uniform(0.72, 0.9)
-    return _square_vessel(
-        'basket',
-        (top[0] * share, top[1] * share),
-        top,
-        rng.uniform(0.07, 0.15),
-        wall=0.005,
-        radius=rng.uniform(0.015, 0.035),
-        density=WOOD,
-    )
-
-
-def make_drawer(rng: np.random.Generator) -> ObjectModel:
-    """Deep, small box without a lid: a drawer, a desk organiser, a pen holder."""
-    size = (rng.uniform(0.07, 0.13), rng.uniform(0.07, 0.11))
-    return _square_vessel(
-        'drawer',
-        size,
-        size,
-        rng.uniform(0.09, 0.15),
-        wall=rng.uniform(0.003, 0.006),
-        radius=0.0,
-        density=WOOD,
-    )
-
-
-def make_tray(rng: np.random.Generator) -> ObjectModel:
-    """Flat tray or the lid of a box."""
-    top = (rng.uniform(0.15, 0.30), rng.uniform(0.11, 0.22))
-    share = rng.uniform(0.88, 1.0)
-    return _square_vessel(
-        'tray',
-        (top[0] * share, top[1] * share),
-        top,
-        rng.uniform(0.018, 0.034),
-        wall=0.004,
-        radius=rng.uniform(0.0, 0.02),
-        density=WOOD,
     )

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import pairwise
 
 import numpy as np
-from manifold3d import CrossSection, Manifold
+from manifold3d import CrossSection, Manifold, OpType
 from numpy.typing import NDArray
 
 from spatial_relations_ros.core import TriangleMesh
@@ -68,10 +69,55 @@ def tapered_box(
     return Manifold.extrude(section, height, scale_top=scale)
 
 
+def rounded_box(size: Sequence[float], radius: float) -> Manifold:
+    """Box that stands on z = 0, centred in x and y, with all edges rounded."""
+    half = [length / 2.0 - radius for length in size]
+    corner = Manifold.sphere(radius, 12)
+    corners = [
+        corner.translate((x * half[0], y * half[1], size[2] / 2.0 + z * half[2]))
+        for x in (-1, 1)
+        for y in (-1, 1)
+        for z in (-1, 1)
+    ]
+    return Manifold.batch_hull(corners)
+
+
+def prism(outline: Profile, depth: float) -> Manifold:
+    """Upright outline of ``(x, z)`` points, counter-clockwise, as thick as ``depth`` along y."""
+    solid = Manifold.extrude(CrossSection([np.asarray(outline, dtype=np.float64)]), depth)
+    return solid.translate((0.0, 0.0, -depth / 2.0)).rotate((90.0, 0.0, 0.0))
+
+
+def oval(width: float, depth: float, height: float, *, top_share: float = 1.0) -> Manifold:
+    """Upright cylinder on an ellipse, scaled at the top."""
+    section = CrossSection.circle(0.5, 40).scale((width, depth))
+    return Manifold.extrude(section, height, scale_top=(top_share, top_share))
+
+
+def rod_through(points: Sequence[Sequence[float]], radii: Sequence[float]) -> Manifold:
+    """Round rod along a chain of points, with a radius at each."""
+    balls = [
+        Manifold.sphere(radius, 16).translate(tuple(point))
+        for point, radius in zip(points, radii, strict=True)
+    ]
+    links = [Manifold.batch_hull([a, b]) for a, b in pairwise(balls)]
+    return Manifold.batch_boolean(links, OpType.Add)
+
+
+def ball(centre: Sequence[float], radii: Sequence[float]) -> Manifold:
+    """Ellipsoid."""
+    return Manifold.sphere(1.0, 24).scale(tuple(radii)).translate(tuple(centre))
+
+
+def flat_below(solid: Manifold, height: float) -> Manifold:
+    """Cuts off what is below a height, so that the solid stands."""
+    return solid.trim_by_plane((0.0, 0.0, 1.0), height)
+
+
 def capsule(start: Sequence[float], end: Sequence[float], radius: float) -> Manifold:
     """Rod with round ends."""
-    ball = Manifold.sphere(radius, 12)
-    return Manifold.batch_hull([ball.translate(tuple(start)), ball.translate(tuple(end))])
+    end_ball = Manifold.sphere(radius, 12)
+    return Manifold.batch_hull([end_ball.translate(tuple(start)), end_ball.translate(tuple(end))])
 
 
 def loop(

@@ -5,13 +5,13 @@ from __future__ import annotations
 import numpy as np
 from manifold3d import Manifold
 
+from spatial_relations_ros.datasets.objects.materials import CERAMIC, GLASS, METAL, PLASTIC
 from spatial_relations_ros.datasets.objects.model import ObjectModel, Opening, model_of_solid
 from spatial_relations_ros.datasets.objects.solids import Profile, capsule, loop, vessel_of_wall
 
-CERAMIC, METAL, PLASTIC, GLASS = 2200.0, 4000.0, 950.0, 2400.0
 
-
-def _opening(wall: Profile, thickness: float, floor_thickness: float) -> Opening:
+def round_opening(wall: Profile, thickness: float, floor_thickness: float) -> Opening:
+    """The cavity of a vessel that :func:`vessel_of_wall` made."""
     heights, radii = [z for _, z in wall], [radius for radius, _ in wall]
     floor = heights[0] + floor_thickness
     rim_radius = min(r for r, z in wall if z > 0.6 * heights[-1]) - thickness
@@ -19,7 +19,7 @@ def _opening(wall: Profile, thickness: float, floor_thickness: float) -> Opening
     return Opening((rim_radius,) * 2, (floor_radius,) * 2, heights[-1], floor, is_round=True)
 
 
-def _curved_wall(
+def curved_wall(
     foot: float, rim: float, height: float, *, power: float, num_steps: int = 9
 ) -> list[tuple[float, float]]:
     """Outer wall whose radius grows from foot to rim; power above 1 bulges outwards."""
@@ -28,7 +28,7 @@ def _curved_wall(
     return list(zip(radii.tolist(), (share * height).tolist(), strict=True))
 
 
-def _with_ear(
+def with_ear(
     body: Manifold, cavity: Manifold, wall: Profile, rng: np.random.Generator
 ) -> Manifold:
     """Adds a cup's handle on the +x side."""
@@ -50,9 +50,9 @@ def make_mug(rng: np.random.Generator) -> ObjectModel:
     body, cavity = vessel_of_wall(wall, thickness=thickness, floor_thickness=0.006)
     return model_of_solid(
         'mug',
-        _with_ear(body, cavity, wall, rng),
+        with_ear(body, cavity, wall, rng),
         {'radius': radius, 'height': height, 'thickness': thickness},
-        opening=_opening(wall, thickness, 0.006),
+        opening=round_opening(wall, thickness, 0.006),
         density=CERAMIC,
     )
 
@@ -62,13 +62,13 @@ def make_cup(rng: np.random.Generator) -> ObjectModel:
     rim, height = rng.uniform(0.038, 0.055), rng.uniform(0.055, 0.080)
     foot = rim * rng.uniform(0.55, 0.75)
     thickness = rng.uniform(0.003, 0.0045)
-    wall = _curved_wall(foot, rim, height, power=rng.uniform(1.2, 2.6))
+    wall = curved_wall(foot, rim, height, power=rng.uniform(1.2, 2.6))
     body, cavity = vessel_of_wall(wall, thickness=thickness, floor_thickness=0.006)
     return model_of_solid(
         'cup',
-        _with_ear(body, cavity, wall, rng),
+        with_ear(body, cavity, wall, rng),
         {'rim_radius': rim, 'foot_radius': foot, 'height': height, 'thickness': thickness},
-        opening=_opening(wall, thickness, 0.006),
+        opening=round_opening(wall, thickness, 0.006),
         density=CERAMIC,
     )
 
@@ -83,7 +83,7 @@ def make_glass(rng: np.random.Generator) -> ObjectModel:
         'glass',
         body,
         {'rim_radius': rim, 'foot_radius': foot, 'height': height},
-        opening=_opening(wall, 0.0025, 0.008),
+        opening=round_opening(wall, 0.0025, 0.008),
         density=GLASS,
     )
 
@@ -93,13 +93,13 @@ def make_bowl(rng: np.random.Generator) -> ObjectModel:
     rim, height = rng.uniform(0.060, 0.130), rng.uniform(0.045, 0.095)
     foot = rim * rng.uniform(0.40, 0.62)
     thickness = rng.uniform(0.003, 0.005)
-    wall = _curved_wall(foot, rim, height, power=rng.uniform(1.3, 2.6))
+    wall = curved_wall(foot, rim, height, power=rng.uniform(1.3, 2.6))
     body, _ = vessel_of_wall(wall, thickness=thickness, floor_thickness=0.006)
     return model_of_solid(
         'bowl',
         body,
         {'rim_radius': rim, 'foot_radius': foot, 'height': height, 'thickness': thickness},
-        opening=_opening(wall, thickness, 0.006),
+        opening=round_opening(wall, thickness, 0.006),
         density=CERAMIC,
     )
 
@@ -115,7 +115,7 @@ def make_plate(rng: np.random.Generator) -> ObjectModel:
         'plate',
         body,
         {'rim_radius': rim, 'foot_radius': foot, 'height': height},
-        opening=_opening(wall, thickness, 0.005),
+        opening=round_opening(wall, thickness, 0.005),
         density=CERAMIC,
     )
 
@@ -134,7 +134,7 @@ def make_pot(rng: np.random.Generator) -> ObjectModel:
         'pot',
         body + (ears - cavity),
         {'radius': radius, 'height': height},
-        opening=_opening(wall, 0.0035, 0.005),
+        opening=round_opening(wall, 0.0035, 0.005),
         density=METAL,
     )
 
@@ -152,7 +152,7 @@ def make_pan(rng: np.random.Generator) -> ObjectModel:
         'pan',
         body + (grip - cavity),
         {'rim_radius': rim, 'height': height, 'handle_length': length},
-        opening=_opening(wall, 0.004, 0.005),
+        opening=round_opening(wall, 0.004, 0.005),
         density=METAL,
     )
 
@@ -167,7 +167,7 @@ def make_bucket(rng: np.random.Generator) -> ObjectModel:
         'bucket',
         body,
         {'rim_radius': rim, 'foot_radius': foot, 'height': height},
-        opening=_opening(wall, 0.003, 0.004),
+        opening=round_opening(wall, 0.003, 0.004),
         density=PLASTIC,
     )
 
@@ -185,7 +185,7 @@ def make_vase(rng: np.random.Generator) -> ObjectModel:
         'vase',
         body,
         {'belly_radius': belly, 'foot_radius': foot, 'neck_radius': neck, 'height': height},
-        opening=_opening(wall, 0.004, 0.008),
+        opening=round_opening(wall, 0.004, 0.008),
         density=CERAMIC,
     )
 
@@ -202,6 +202,6 @@ def make_jar(rng: np.random.Generator) -> ObjectModel:
         'jar',
         body,
         {'radius': radius, 'neck_radius': neck, 'height': height},
-        opening=_opening(wall, 0.003, 0.006),
+        opening=round_opening(wall, 0.003, 0.006),
         density=GLASS,
     )

@@ -1,0 +1,21 @@
+"""How far a body is from the ways in which it rests on level ground."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from spatial_relations_ros.datasets.generator.body import Placed
+
+_LEAST_MARGIN = 0.002
+
+
+def lean_angle_rad(placed: Placed) -> float:
+    """Angle to the nearest orientation in which the body stands on level ground, radians.
+
+    Orientations on footprints that leave the centre of mass less than 2 mm are not counted.
+    """
+    poses = placed.body.model.rest_poses
+    steady = [pose for pose in poses if pose.margin > _LEAST_MARGIN] or list(poses)
+    ups = np.array([pose.rotation[2] for pose in steady])
+    cosine = float((ups @ placed.rotation[2]).max())
+    return float(np.arccos(np.clip(cosine, -1.0, 1.0)))
