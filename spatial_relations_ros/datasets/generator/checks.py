@@ -19,7 +19,7 @@ from spatial_relations_ros.datasets.generator.stability import (
 )
 
 MAX_CONTACT_GAP = 0.0015
-LEAST_LEAN_RAD = float(np.deg2rad(15.0))
+LEAST_LEAN_RAD = float(np.deg2rad(12.5))
 LEAST_HEIGHT_IN_HOLLOW = 1.6
 _FLAT_HOLLOW = 0.015
 

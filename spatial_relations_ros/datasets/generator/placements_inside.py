@@ -8,8 +8,8 @@ from spatial_relations_ros.datasets.generator.body import Body, FloatArray, Plac
 from spatial_relations_ros.datasets.generator.contact import clearance, travel_to_contact
 from spatial_relations_ros.datasets.generator.placements_on import Pair
 from spatial_relations_ros.datasets.generator.resting import (
-    ANY_WAY_UP,
     DOWN,
+    RELATIVE_WAYS,
     SIDE_ONLY,
     UPRIGHT_ONLY,
     about_axis,
@@ -28,7 +28,7 @@ def place_inside(base: Body, relative: Body, rng: np.random.Generator) -> Pair |
     if opening is None or not base.model.is_container:
         return 'base holds nothing'
     fixed = rest_on_table(base, UPRIGHT_ONLY, rng)
-    moving = rest_on_table(relative, ANY_WAY_UP, rng)
+    moving = rest_on_table(relative, RELATIVE_WAYS, rng)
     if fixed is None or moving is None:
         return 'no rest pose'
     if not opening.is_round and rng.random() < 0.5:
@@ -63,7 +63,7 @@ def place_inside_lying(base: Body, relative: Body, rng: np.random.Generator) -> 
     if opening is None or not base.model.is_container:
         return 'base holds nothing'
     fixed = rest_on_table(base, SIDE_ONLY, rng)
-    moving = rest_on_table(relative, ANY_WAY_UP, rng)
+    moving = rest_on_table(relative, RELATIVE_WAYS, rng)
     if fixed is None or moving is None:
         return 'no rest pose'
     out = fixed.rotation[:, 2]

@@ -8,8 +8,9 @@ from spatial_relations_ros.datasets.generator.body import Body, FloatArray, Plac
 from spatial_relations_ros.datasets.generator.contact import first_contact
 from spatial_relations_ros.datasets.generator.placements_on import Pair
 from spatial_relations_ros.datasets.generator.resting import (
-    ANY_WAY_UP,
+    BASE_WAYS,
     DOWN,
+    LEANING_WAYS,
     UPRIGHT_ONLY,
     about_axis,
     above,
@@ -22,6 +23,8 @@ from spatial_relations_ros.datasets.generator.resting import (
     side_direction,
 )
 
+_LEAST_LEAN = float(np.deg2rad(13.0))
+_MOST_LIFT = float(np.deg2rad(75.0))
 _NUM_DROPS = 9
 _FOOT_HEIGHT = 0.02
 _LEAST_SHARE_INSIDE = 0.35
@@ -30,14 +33,15 @@ _BELOW_RIM_SHARE = 0.5
 
 def place_inclined(base: Body, relative: Body, rng: np.random.Generator) -> Pair | str:
     """One edge of the relative stands on the table, the other end lies against the base."""
-    fixed = rest_on_table(base, ANY_WAY_UP, rng)
-    standing = rest_on_table(relative, ANY_WAY_UP, rng)
+    fixed = rest_on_table(base, BASE_WAYS, rng)
+    standing = rest_on_table(relative, LEANING_WAYS, rng)
     if fixed is None or standing is None:
         return 'no rest pose'
     direction = side_direction(fixed, rng)
     if rng.random() < 0.75:
         standing = faced(standing, direction, rng)
-    tilted = tilt(standing, direction, _lean_angle(standing, direction, rng))
+    support = float(fixed.world_vertices[:, 2].max())
+    tilted = tilt(standing, direction, _lean_angle(standing, direction, support, rng))
     tilted = centred(tilted, np.zeros(3), bottom=0.0)
     vertices = tilted.world_vertices
     foot = vertices[vertices[:, 2].argmin()] @ direction
@@ -54,13 +58,21 @@ def place_inclined(base: Body, relative: Body, rng: np.random.Generator) -> Pair
     return fixed, touching
 
 
-def _lean_angle(standing: Placed, direction: FloatArray, rng: np.random.Generator) -> float:
-    """Signed tilt: positive turns the top towards the base, negative lifts the near side."""
+def _lean_angle(
+    standing: Placed, direction: FloatArray, support: float, rng: np.random.Generator
+) -> float:
+    """Signed tilt: positive turns the top towards the base, negative lifts the near side.
+
+    What is lifted is lifted over a support of a height (metres), if it is long enough.
+    """
     height = float(standing.world_vertices[:, 2].max())
     width = 2.0 * half_width(standing, direction)
     if height < 0.8 * width or (height < 1.2 * width and rng.random() < 0.5):
-        return -float(np.deg2rad(rng.uniform(15.0, 75.0)))
-    return float(np.deg2rad(rng.uniform(15.0, 60.0)))
+        least = _LEAST_LEAN
+        if support < 0.9 * width:
+            least = max(least, float(np.arcsin(1.05 * support / width)))
+        return -min(least + rng.uniform(0.0, np.deg2rad(16.0)), _MOST_LIFT)
+    return float(rng.triangular(_LEAST_LEAN, np.deg2rad(18.0), np.deg2rad(48.0)))
 
 
 def tilt(placed: Placed, direction: FloatArray, angle_rad: float) -> Placed:
@@ -75,14 +87,13 @@ def place_inside_inclined(base: Body, relative: Body, rng: np.random.Generator) 
     if opening is None or not base.model.is_container:
         return 'base holds nothing'
     fixed = rest_on_table(base, UPRIGHT_ONLY, rng)
-    standing = rest_on_table(relative, ANY_WAY_UP, rng)
+    standing = rest_on_table(relative, LEANING_WAYS, rng)
     if fixed is None or standing is None:
         return 'no rest pose'
     direction = random_direction(rng) if opening.is_round else side_direction(fixed, rng)
     if rng.random() < 0.75:
         standing = faced(standing, direction, rng)
-    angle = float(np.deg2rad(rng.uniform(15.0, 65.0)))
-    tilted = tilt(standing, direction, angle)
+    tilted = tilt(standing, direction, _lean_angle(standing, direction, opening.depth, rng))
     # What is below the rim when the lowest point is on the floor must fit through the opening.
     vertices = tilted.world_vertices
     sunk = vertices[vertices[:, 2] < vertices[:, 2].min() + opening.depth]

@@ -11,7 +11,8 @@ from spatial_relations_ros.datasets.generator.footing import (
     LEAST_OVERHANG_OF_FOOT,
 )
 from spatial_relations_ros.datasets.generator.resting import (
-    ANY_WAY_UP,
+    BASE_WAYS,
+    RELATIVE_WAYS,
     about_z,
     above,
     centred,
@@ -36,8 +37,8 @@ _NARROW_TOP_SHARE = 0.3
 
 def place_next_to(base: Body, relative: Body, rng: np.random.Generator) -> Pair | str:
     """Both stand on the table: touching, or apart by up to 20 cm, mostly a few centimetres."""
-    fixed = rest_on_table(base, ANY_WAY_UP, rng)
-    moving = rest_on_table(relative, ANY_WAY_UP, rng)
+    fixed = rest_on_table(base, BASE_WAYS, rng)
+    moving = rest_on_table(relative, RELATIVE_WAYS, rng)
     if fixed is None or moving is None:
         return 'no rest pose'
     direction = random_direction(rng)
@@ -70,8 +71,8 @@ def bottom_region(placed: Placed) -> FloatArray:
 
 def place_on_top(base: Body, relative: Body, rng: np.random.Generator) -> Pair | str:
     """The relative stands well within the base's top, or centred where it is the larger one."""
-    fixed = rest_on_table(base, ANY_WAY_UP, rng)
-    moving = rest_on_table(relative, ANY_WAY_UP, rng)
+    fixed = rest_on_table(base, BASE_WAYS, rng)
+    moving = rest_on_table(relative, RELATIVE_WAYS, rng)
     if fixed is None or moving is None:
         return 'no rest pose'
     centre, top = top_region(fixed)
@@ -94,8 +95,8 @@ def place_on_top(base: Body, relative: Body, rng: np.random.Generator) -> Pair |
 
 def place_on_edge(base: Body, relative: Body, rng: np.random.Generator) -> Pair | str:
     """The relative stands on the border or a corner of the base and clearly reaches over it."""
-    fixed = rest_on_table(base, ANY_WAY_UP, rng)
-    moving = rest_on_table(relative, ANY_WAY_UP, rng)
+    fixed = rest_on_table(base, BASE_WAYS, rng)
+    moving = rest_on_table(relative, RELATIVE_WAYS, rng)
     if fixed is None or moving is None:
         return 'no rest pose'
     centre, top = top_region(fixed)

@@ -28,6 +28,8 @@ from spatial_relations_ros.datasets.generator.placements_on import (
 from spatial_relations_ros.datasets.generator.resting import about_z
 
 MAX_ATTEMPTS = 3000
+_FLAT_WEIGHT = 2
+_FLAT_LEAST_HALF_WIDTH = 0.045
 
 _PLACEMENTS: dict[Relation, Callable[[Body, Body, np.random.Generator], Pair | str]] = {
     Relation.ON_TOP: place_on_top,
@@ -118,8 +120,15 @@ def _pairs(relation: Relation, bodies: Sequence[Body]) -> list[tuple[Body, list[
             if body is not base and (relation not in _IN_CONTAINER or _could_hold(base, body))
         ]
         if relatives:
-            pairs.append((base, relatives))
+            is_favoured = relation not in _IN_CONTAINER and _is_flat(base)
+            pairs += [(base, relatives)] * (_FLAT_WEIGHT if is_favoured else 1)
     return pairs
+
+
+def _is_flat(body: Body) -> bool:
+    """Plates, lids, trays, boards, books: people like to put things on them."""
+    lengths = np.sort(body.model.half_extents)
+    return bool(lengths[0] < 0.25 * lengths[1] and lengths[1] > _FLAT_LEAST_HALF_WIDTH)
 
 
 def _could_hold(base: Body, relative: Body) -> bool:

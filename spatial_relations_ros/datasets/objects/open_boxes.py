@@ -138,8 +138,8 @@ def make_box_lid(rng: np.random.Generator) -> ObjectModel:
     return _straight(
         'boxlid',
         rng,
-        x=(0.13, 0.29),
-        y=(0.12, 0.23),
+        x=(0.11, 0.28),
+        y=(0.10, 0.21),
         height=(0.018, 0.034),
         wall=(0.003, 0.005),
         density=CARDBOARD,
@@ -164,7 +164,7 @@ def make_shelf_drawer(rng: np.random.Generator) -> ObjectModel:
     return _straight(
         'shelfdrawer',
         rng,
-        x=(0.28, 0.36),
+        x=(0.28, 0.39),
         y=(0.22, 0.34),
         height=(0.10, 0.17),
         wall=(0.006, 0.012),

@@ -82,8 +82,8 @@ def make_salad_bowl(rng: np.random.Generator) -> ObjectModel:
 
 def make_beaker(rng: np.random.Generator) -> ObjectModel:
     """Conical paper or plastic cup without a handle."""
-    rim, height = rng.uniform(0.036, 0.048), rng.uniform(0.085, 0.130)
-    wall = [(rim * rng.uniform(0.6, 0.75), 0.0), (rim, height - 0.004)]
+    rim, height = rng.uniform(0.036, 0.053), rng.uniform(0.085, 0.140)
+    wall = [(rim * rng.uniform(0.52, 0.75), 0.0), (rim, height - 0.004)]
     wall += [(rim + 0.003, height - 0.003), (rim + 0.003, height)]
     return _dish('beaker', wall, thickness=0.0025, floor=0.005, density=PLASTIC)
 
