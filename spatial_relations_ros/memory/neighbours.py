@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -20,64 +20,100 @@ class Neighbour:
     distance: float
 
 
-@dataclass(frozen=True, eq=False)
 class EmbeddingIndex:
-    """Embeddings of one model.
+    """Embeddings of one model, with room to grow; rows are only ever added or emptied."""
 
-    Attributes:
-        names: N of them.
-        centre: (D,) their mean.
-        offsets: (N, D) from the mean.
-        squares: (N,) squared lengths of the offsets.
-    """
+    def __init__(self) -> None:
+        self._rows: dict[int, int] = {}
+        self._names: list[str] = []
+        self._centre: NDArray[np.float64] = np.zeros(0)
+        # From the centre: a common offset would cost the products below their precision.
+        self._offsets: NDArray[np.float32] = np.zeros((0, 0), dtype=np.float32)
+        self._squares: NDArray[np.float32] = np.zeros(0, dtype=np.float32)
+        self.last_id = 0
 
-    names: tuple[str, ...]
-    centre: NDArray[np.float64]
-    offsets: NDArray[np.float32]
-    squares: NDArray[np.float32]
+    def __len__(self) -> int:
+        return len(self._rows)
 
-    @staticmethod
-    def from_rows(rows: Sequence[tuple[str, bytes]]) -> EmbeddingIndex:
-        """An index of names and float32 blobs.
+    @property
+    def is_sparse(self) -> bool:
+        """Whether most rows have been emptied, so that a new index is worth its time."""
+        is_small = len(self._names) < 1000
+        return 2 * len(self._rows) < len(self._names) and not (is_small and self._rows)
+
+    def ids(self) -> NDArray[np.int64]:
+        """Of all relations in it, in no order."""
+        return np.fromiter(self._rows, dtype=np.int64, count=len(self._rows))
+
+    def add(self, relations: Sequence[tuple[int, str, bytes]]) -> None:
+        """Adds relations: id, name, embedding as a blob of float32; ids must rise.
 
         Raises:
             MemoryFileError: when the blobs differ in length.
         """
-        if len({len(blob) for _, blob in rows}) > 1:
+        if not relations:
+            return
+        lengths = {len(blob) for _, _, blob in relations}
+        if len(lengths) > 1 or (self._names and lengths != {4 * len(self._centre)}):
             raise MemoryFileError('stored embeddings of one model differ in length')
-        flat = read_blob(b''.join(blob for _, blob in rows), '<f4')
-        embeddings = flat.reshape(len(rows), -1) if rows else np.zeros((0, 0), dtype=np.float32)
-        # A common offset would cost the products below their precision.
-        centre = embeddings.mean(axis=0, dtype=np.float64) if rows else np.zeros(0)
-        offsets = (embeddings - centre).astype(np.float32)
-        squares = np.einsum('nd,nd->n', offsets, offsets)
-        return EmbeddingIndex(tuple(name for name, _ in rows), centre, offsets, squares)
+        flat = read_blob(b''.join(blob for _, _, blob in relations), '<f4')
+        embeddings = flat.reshape(len(relations), -1)
+        if not self._names:
+            self._centre = embeddings.mean(axis=0, dtype=np.float64)
+        first, after = len(self._names), len(self._names) + len(relations)
+        self._reserve(after)
+        offsets = (embeddings - self._centre).astype(np.float32)
+        self._offsets[first:after] = offsets
+        self._squares[first:after] = np.einsum('nd,nd->n', offsets, offsets)
+        for row, (relation_id, name, _) in enumerate(relations, start=first):
+            self._rows[relation_id] = row
+            self._names.append(name)
+        self.last_id = relations[-1][0]
+
+    def remove(self, relation_ids: Iterable[int]) -> None:
+        """Empties the rows of relations; ids that are not there do not matter."""
+        for relation_id in relation_ids:
+            row = self._rows.pop(relation_id, None)
+            if row is not None:
+                self._squares[row] = np.inf
+
+    def _reserve(self, num_rows: int) -> None:
+        if num_rows <= len(self._squares):
+            return
+        num_rows = max(num_rows, len(self._squares) * 3 // 2)
+        offsets = np.zeros((num_rows, len(self._centre)), dtype=np.float32)
+        squares = np.full(num_rows, np.inf, dtype=np.float32)
+        used = len(self._names)
+        if used:
+            offsets[:used], squares[:used] = self._offsets[:used], self._squares[:used]
+        self._offsets, self._squares = offsets, squares
 
     def nearest(self, embedding: NDArray[np.float32], k: int) -> tuple[Neighbour, ...]:
-        """The k nearest, nearest first; equally near ones in the order of the names given.
+        """The k nearest, nearest first; equally near ones by name.
 
         Raises:
             ConfigError: for an embedding (D,) of another length.
         """
-        if not self.names:
+        if not self._rows:
             return ()
-        if len(self.centre) != len(embedding):
+        if len(self._centre) != len(embedding):
             raise ConfigError(
                 f'the embedding has {len(embedding)} numbers, the remembered ones have '
-                f'{len(self.centre)}'
+                f'{len(self._centre)}'
             )
-        wanted = embedding - self.centre
+        used = len(self._names)
+        wanted = embedding - self._centre
         # The product ranks all, but loses small distances to cancellation: differences give the
         # exact distances of the few candidates.
-        ranks = self.squares - 2.0 * (self.offsets @ wanted.astype(np.float32))
-        num_candidates = min(len(self.names), 2 * k + 16)
+        ranks = self._squares[:used] - 2.0 * (self._offsets[:used] @ wanted.astype(np.float32))
+        num_candidates = min(len(self._rows), 2 * k + 16)
         candidates = np.argpartition(ranks, num_candidates - 1)[:num_candidates]
-        candidates.sort()
-        distances = np.linalg.norm(self.offsets[candidates] - wanted, axis=1)
-        order = np.argsort(distances, kind='stable')[:k]
-        return tuple(
-            Neighbour(self.names[candidates[row]], float(distances[row])) for row in order
+        distances = np.linalg.norm(self._offsets[candidates] - wanted, axis=1)
+        found = sorted(
+            (float(distance), self._names[row])
+            for distance, row in zip(distances, candidates, strict=True)
         )
+        return tuple(Neighbour(name, distance) for distance, name in found[:k])
 
 
 def checked_embedding(embedding: NDArray[np.floating]) -> NDArray[np.float32]:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from types import TracebackType
@@ -16,9 +15,9 @@ from spatial_relations_ros.core import (
     RelationExistsError,
     Scene,
     UnknownRelationError,
-    WeightsError,
 )
-from spatial_relations_ros.memory.neighbours import EmbeddingIndex, Neighbour, checked_embedding
+from spatial_relations_ros.memory.current_index import CurrentIndex, Embed
+from spatial_relations_ros.memory.neighbours import Neighbour, checked_embedding
 from spatial_relations_ros.memory.scene_rows import insert_objects, read_scene
 from spatial_relations_ros.memory.schema import (
     default_memory_path,
@@ -28,10 +27,6 @@ from spatial_relations_ros.memory.schema import (
     transaction,
 )
 
-Embed = Callable[[Sequence[Scene]], NDArray[np.float32]]
-"""Embeddings (B, D) of scenes, as ``RelationMetric.embed_scenes``."""
-
-EMBED_BATCH = 64
 MAX_NAME_LENGTH = 200
 
 
@@ -74,9 +69,7 @@ class RelationMemory:
         self.path = default_memory_path() if path is None else Path(path)
         self._lock = threading.RLock()
         self._connection = open_database(self.path)
-        self._own_writes = 0
-        self._index_key: tuple[str, tuple[int, int]] | None = None
-        self._index: EmbeddingIndex | None = None
+        self._index = CurrentIndex(self._connection, self.path)
 
     def close(self) -> None:
         """Closes the file; the object cannot be used afterwards."""
@@ -122,23 +115,23 @@ class RelationMemory:
                 'without surrounding spaces'
             )
         vector = checked_embedding(embedding)
-        with self._lock, explained(self.path), transaction(self._connection):
-            taken = self._connection.execute(
-                'SELECT 1 FROM relations WHERE name = ?', (name,)
-            ).fetchone()
-            if taken and not replace:
-                raise RelationExistsError(
-                    f'a relation {name!r} is remembered already; choose another name, replace '
-                    'it or forget it first'
+        with self._lock, explained(self.path):
+            with transaction(self._connection):
+                taken = self._id_of(name)
+                if taken is not None and not replace:
+                    raise RelationExistsError(
+                        f'a relation {name!r} is remembered already; choose another name, '
+                        'replace it or forget it first'
+                    )
+                self._connection.execute('DELETE FROM relations WHERE relation_id = ?', (taken,))
+                row = self._connection.execute(
+                    'INSERT INTO relations (name, frame_id, stamp_ns, model_hash, embedding) '
+                    'VALUES (?, ?, ?, ?, ?)',
+                    (name, scene.frame_id, scene.stamp_ns, model_hash, vector.tobytes()),
                 )
-            self._connection.execute('DELETE FROM relations WHERE name = ?', (name,))
-            row = self._connection.execute(
-                'INSERT INTO relations (name, frame_id, stamp_ns, model_hash, embedding) '
-                'VALUES (?, ?, ?, ?, ?)',
-                (name, scene.frame_id, scene.stamp_ns, model_hash, vector.tobytes()),
-            )
-            insert_objects(self._connection, int(row.lastrowid or 0), scene)
-            self._own_writes += 1
+                insert_objects(self._connection, int(row.lastrowid or 0), scene)
+            if taken is not None:
+                self._index.forget(taken)
 
     def forget(self, name: str) -> None:
         """Removes a relation.
@@ -146,11 +139,15 @@ class RelationMemory:
         Raises:
             UnknownRelationError: when there is none of that name.
         """
-        with self._lock, explained(self.path), transaction(self._connection):
-            removed = self._connection.execute('DELETE FROM relations WHERE name = ?', (name,))
-            if removed.rowcount == 0:
-                raise self._unknown(name)
-            self._own_writes += 1
+        with self._lock, explained(self.path):
+            with transaction(self._connection):
+                relation_id = self._id_of(name)
+                if relation_id is None:
+                    raise self._unknown(name)
+                self._connection.execute(
+                    'DELETE FROM relations WHERE relation_id = ?', (relation_id,)
+                )
+            self._index.forget(relation_id)
 
     def get(self, name: str) -> Scene:
         """The demonstration that was remembered under a name.
@@ -160,10 +157,8 @@ class RelationMemory:
         """
         with self._lock, explained(self.path):
             with snapshot(self._connection):
-                row = self._connection.execute(
-                    'SELECT relation_id FROM relations WHERE name = ?', (name,)
-                ).fetchone()
-                scene = None if row is None else read_scene(self._connection, row[0])
+                relation_id = self._id_of(name)
+                scene = None if relation_id is None else read_scene(self._connection, relation_id)
             if scene is None:
                 raise self._unknown(name)
             return scene
@@ -210,8 +205,13 @@ class RelationMemory:
             raise ConfigError(f'asked for {k} neighbours; at least one makes sense')
         vector = checked_embedding(embedding)
         with self._lock, explained(self.path):
-            index = self._current_index(model_hash, embed)
-        return index.nearest(vector, k)
+            return self._index.get(model_hash, embed).nearest(vector, k)
+
+    def _id_of(self, name: str) -> int | None:
+        row = self._connection.execute(
+            'SELECT relation_id FROM relations WHERE name = ?', (name,)
+        ).fetchone()
+        return None if row is None else int(row[0])
 
     def _unknown(self, name: str) -> UnknownRelationError:
         rows = self._connection.execute('SELECT name FROM relations ORDER BY name LIMIT 8')
@@ -221,59 +221,3 @@ class RelationMemory:
             if known
             else f'no relation {name!r} is remembered; none is so far'
         )
-
-    def _version(self) -> tuple[int, int]:
-        """Changes whenever this or another process changes the file."""
-        return self._connection.execute('PRAGMA data_version').fetchone()[0], self._own_writes
-
-    def _current_index(self, model_hash: str, embed: Embed | None) -> EmbeddingIndex:
-        key = (model_hash, self._version())
-        if self._index is not None and self._index_key == key:
-            return self._index
-        self._renew(model_hash, embed)
-        # Read before the rows: if another process writes between, the next call reads again.
-        self._index_key = (model_hash, self._version())
-        self._index = EmbeddingIndex.from_rows(
-            self._connection.execute(
-                'SELECT name, embedding FROM relations WHERE model_hash = ? ORDER BY name',
-                (model_hash,),
-            ).fetchall()
-        )
-        return self._index
-
-    def _renew(self, model_hash: str, embed: Embed | None) -> None:
-        """Embeds anew what another model has embedded."""
-        stale = self._connection.execute(
-            'SELECT relation_id FROM relations WHERE model_hash != ? ORDER BY relation_id',
-            (model_hash,),
-        ).fetchall()
-        if not stale:
-            return
-        if embed is None:
-            raise WeightsError(
-                f'{len(stale)} of the relations in {self.path} were embedded by another model; '
-                'they have to be embedded anew with this one'
-            )
-        for first in range(0, len(stale), EMBED_BATCH):
-            self._renew_rows(
-                [row[0] for row in stale[first : first + EMBED_BATCH]], model_hash, embed
-            )
-
-    def _renew_rows(self, relation_ids: Sequence[int], model_hash: str, embed: Embed) -> None:
-        with snapshot(self._connection):
-            scenes = {
-                relation_id: scene
-                for relation_id in relation_ids
-                if (scene := read_scene(self._connection, relation_id)) is not None
-            }
-        embeddings = embed(tuple(scenes.values()))
-        # An id is never used twice: a relation that was replaced meanwhile is not touched.
-        with transaction(self._connection):
-            self._connection.executemany(
-                'UPDATE relations SET model_hash = ?, embedding = ? WHERE relation_id = ?',
-                [
-                    (model_hash, checked_embedding(vector).tobytes(), relation_id)
-                    for relation_id, vector in zip(scenes, embeddings, strict=True)
-                ],
-            )
-        self._own_writes += 1

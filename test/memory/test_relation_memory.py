@@ -259,3 +259,52 @@ def test_default_path_follows_the_desktop_standard(monkeypatch, tmp_path):
     monkeypatch.setenv('XDG_DATA_HOME', 'relative/path')
     monkeypatch.setenv('HOME', '/home/somebody')
     assert str(default_memory_path()).startswith('/home/somebody/.local/share/')
+
+
+@settings(max_examples=20, deadline=None)
+@given(
+    seed=st.integers(0, 2**32 - 1),
+    steps=st.lists(st.sampled_from(['own', 'other', 'replace', 'forget', 'foreign']), max_size=12),
+)
+def test_the_index_follows_whatever_writes(tmp_path_factory, seed, steps):
+    """After each step a long-lived memory finds what one that has just been opened finds."""
+    rng = np.random.default_rng(seed)
+    scene = make_scene(mesh=False)
+
+    def embed(batch):
+        return np.full((len(batch), 4), 0.5, dtype=np.float32)
+
+    path = tmp_path_factory.mktemp('memory') / 'm.sqlite3'
+    with RelationMemory(path) as memory, RelationMemory(path) as other:
+        for number, step in enumerate(steps):
+            names = [relation.name for relation in memory.list()]
+            writer = (memory, other)[int(rng.integers(2))]
+            if step in ('forget', 'replace') and not names:
+                continue
+            if step == 'forget':
+                writer.forget(names[rng.integers(len(names))])
+            else:
+                name = names[rng.integers(len(names))] if step == 'replace' else f'new {number}'
+                writer = {'own': memory, 'other': other}.get(step, writer)
+                model = 'foreign' if step == 'foreign' else 'model'
+                writer.remember(name, scene, rng.normal(size=4), model, replace=True)
+            wanted = rng.normal(size=4)
+            found = memory.nearest(wanted, 20, 'model', embed=embed)
+            with RelationMemory(path) as fresh:
+                expected = fresh.nearest(wanted, 20, 'model')
+            assert [one.name for one in found] == [one.name for one in expected]
+            assert [one.distance for one in found] == pytest.approx(
+                [one.distance for one in expected], abs=1e-5
+            )
+
+
+def test_a_write_of_others_is_followed_without_reading_all_again(memory):
+    with RelationMemory(memory.path) as other:
+        for idx in range(5):
+            other.remember(str(idx), make_scene(mesh=False), np.full(4, idx), 'model')
+        memory.nearest(np.zeros(4), 1, 'model')
+        other.remember('new', make_scene(mesh=False), np.full(4, 9.0), 'model')
+    rows = []
+    memory._connection.row_factory = lambda _, row: rows.append(row) or row
+    assert memory.nearest(np.full(4, 9.0), 1, 'model')[0].name == 'new'
+    assert [row[1] for row in rows if len(row) == 3] == ['new']
