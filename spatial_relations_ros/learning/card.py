@@ -20,6 +20,7 @@ class ModelCard:
     Attributes:
         encoder: name of the network.
         num_points: points an object in training.
+        headings: headings over which embeddings of scenes are averaged.
         sha256: of the weights file.
         config: name and settings of the training configuration.
         data: seed, counts and hash of the training data.
@@ -31,6 +32,7 @@ class ModelCard:
 
     encoder: str
     num_points: int
+    headings: int = 1
     sha256: str = ''
     config: dict[str, Any] = field(default_factory=dict)
     data: dict[str, Any] = field(default_factory=dict)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -50,10 +51,21 @@ class RelationMetric:
         """SHA-256 of the weights file; embeddings of different models cannot be compared."""
         return self.card.sha256
 
-    def embed(self, points: Tensor) -> Tensor:
-        """Embeddings (B, 64) of world points (B, 2, N, 3); differentiable."""
+    def embed(self, points: Tensor, *, headings: int = 1) -> Tensor:
+        """Embeddings (B, 64) of world points (B, 2, N, 3); differentiable.
+
+        Args:
+            points: scenes.
+            headings: how many headings of the whole scene, spread over half a turn, the
+                embedding is averaged over. A relation does not depend on the heading; the
+                network's images do, and the average is less noisy.
+        """
+        batch = points.shape[0]
+        if headings > 1:
+            turns = _about_z(torch.arange(headings) * (math.pi / headings)).to(points.device)
+            points = (points[None] @ turns[:, None, None]).flatten(0, 1)
         embeddings: Tensor = self.encoder(project(points, self.encoder.projection))
-        return embeddings
+        return embeddings.view(headings, batch, -1).mean(dim=0)
 
     def scene_points(self, scene: Scene) -> NDArray[np.float32]:
         """Points (2, num_points, 3) of base and relative, as the network takes them.
@@ -69,12 +81,15 @@ class RelationMetric:
         return np.stack(clouds).astype(np.float32)
 
     def embed_scenes(self, scenes: Sequence[Scene]) -> NDArray[np.float32]:
-        """Embeddings (B, 64) of scenes."""
+        """Embeddings (B, 64) of scenes, averaged over the card's number of headings."""
         if not scenes:
             return np.zeros((0, self.embedding_dim), dtype=np.float32)
         points = torch.from_numpy(np.stack([self.scene_points(scene) for scene in scenes]))
         with torch.inference_mode():
-            chunks = [self.embed(chunk) for chunk in torch.split(points, BATCH_SIZE)]
+            chunks = [
+                self.embed(chunk, headings=self.card.headings)
+                for chunk in torch.split(points, BATCH_SIZE)
+            ]
         return torch.cat(chunks).numpy()
 
     def distance(self, first: Scene, second: Scene) -> float:
@@ -87,3 +102,12 @@ class RelationMetric:
         points = torch.from_numpy(self.scene_points(scene))[None]
         with torch.inference_mode():
             return project(points, self.encoder.projection)[0].numpy()
+
+
+def _about_z(angles_rad: Tensor) -> Tensor:
+    """Rotations (K, 3, 3) about the vertical, for row vectors."""
+    cosine, sine = angles_rad.cos(), angles_rad.sin()
+    turns = torch.eye(3).repeat(len(angles_rad), 1, 1)
+    turns[:, 0, 0], turns[:, 0, 1] = cosine, sine
+    turns[:, 1, 0], turns[:, 1, 1] = -sine, cosine
+    return turns

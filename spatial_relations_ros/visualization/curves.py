@@ -53,6 +53,45 @@ def draw_distance_curve(
     return np.ascontiguousarray(np.asarray(canvas.buffer_rgba())[..., :3])
 
 
+def draw_loss_curve(
+    losses: NDArray[np.floating] | Sequence[float],
+    *,
+    title: str = 'Training loss',
+    width: int = 800,
+    height: int = 480,
+) -> Image:
+    """The loss over training steps, and its running mean.
+
+    Args:
+        losses: (S,), one for each step; may be empty.
+        title: above the curve.
+        width: pixels.
+        height: pixels.
+
+    Returns:
+        (height, width, 3) uint8 RGB.
+    """
+    values = np.asarray(losses, dtype=np.float64).reshape(-1)
+    figure = Figure(figsize=(width / DPI, height / DPI), dpi=DPI, layout='constrained')
+    canvas = FigureCanvasAgg(figure)
+    axes = figure.add_subplot()
+    axes.set_title(title, loc='left', fontsize=11, color=INK, fontweight='bold', pad=10)
+    axes.set_xlabel('step', color=FADED_INK)
+    axes.set_ylabel('loss', color=FADED_INK)
+    _plain(axes)
+    steps = np.arange(1, len(values) + 1)
+    axes.plot(steps, values, color=BASE_COLOUR, linewidth=0.8, alpha=0.35)
+    window = max(1, len(values) // 50)
+    if len(values) >= window:
+        mean = np.convolve(values, np.full(window, 1.0 / window), mode='valid')
+        axes.plot(steps[window - 1 :], mean, color=BASE_COLOUR, linewidth=2.0)
+    if np.isfinite(values).any():
+        axes.set_ylim(0.0, 1.1 * float(np.nanpercentile(values, 99.5)) or 1.0)
+    axes.xaxis.set_major_locator(MaxNLocator(integer=True))
+    canvas.draw()
+    return np.ascontiguousarray(np.asarray(canvas.buffer_rgba())[..., :3])
+
+
 def _plain(axes: Axes) -> None:
     axes.grid(color=FRAME, linewidth=0.8)
     axes.set_axisbelow(True)

@@ -4,6 +4,7 @@ import pytest
 from matplotlib import pyplot
 
 from spatial_relations_ros.visualization import draw_distance_curve
+from spatial_relations_ros.visualization.curves import draw_loss_curve
 from spatial_relations_ros.visualization.palette import BASE_COLOUR, as_bytes
 
 
@@ -37,3 +38,17 @@ def test_leaves_matplotlib_alone():
     draw_distance_curve([1.0, 0.5], width=200, height=150)
     assert dict(matplotlib.rcParams) == before
     assert pyplot.get_fignums() == []
+
+
+def test_the_running_mean_of_a_noisy_loss_is_drawn_over_it():
+    noisy = np.linspace(1.0, 0.2, 400) + np.random.default_rng(0).normal(0.0, 0.05, 400)
+    image = draw_loss_curve(noisy, width=400, height=300)
+    assert image.shape == (300, 400, 3)
+    rows, columns = curve_pixels(image)
+    left, right = rows[columns < 150].mean(), rows[columns > 300].mean()
+    assert right > left + 60
+
+
+@pytest.mark.parametrize('losses', [[], [0.5], [0.0, 0.0]])
+def test_short_runs_are_drawn(losses):
+    assert draw_loss_curve(losses, width=300, height=200).shape == (200, 300, 3)
