@@ -1,29 +1,20 @@
-"""``relations train`` and ``relations retrieve``."""
+"""``relations train``."""
 
 from __future__ import annotations
 
 import dataclasses
-from enum import StrEnum
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from spatial_relations_ros.cli.options import SeedOption, WeightsOption
+from spatial_relations_ros.cli.options import SeedOption
 from spatial_relations_ros.cli.output import JsonOption, Output, progress_bar
 
 if TYPE_CHECKING:
     from spatial_relations_ros.learning.trainer import TrainingProgress
 
 DatasetArgument = Annotated[Path, typer.Argument(metavar='DIR', help='Dataset folder.')]
-
-
-class Protocol(StrEnum):
-    """Which splits retrieval runs over."""
-
-    SCENE = 'scene'
-    OBJECT = 'object'
-    BOTH = 'both'
 
 
 def train(
@@ -87,63 +78,3 @@ def train(
         ],
     )
     output.write_json({'weights': str(out), 'card': dataclasses.asdict(card)})
-
-
-def retrieve(
-    folder: DatasetArgument,
-    protocol: Annotated[
-        Protocol, typer.Option('--protocol', help='Splits over scenes, over objects, or both.')
-    ] = Protocol.BOTH,
-    weights: WeightsOption = None,
-    json_path: JsonOption = None,
-) -> None:
-    """Measure retrieval over the splits of a dataset: 3-of-5 and 5-of-5 nearest scenes.
-
-    The weights are used as they are. Numbers mean something only on scenes that they were not
-    trained with; object splits ask for scenes of objects that are not in the gallery.
-    """
-    from spatial_relations_ros.cli.scene_sources import read_dataset
-    from spatial_relations_ros.evaluation.splits_report import retrieve as measure
-    from spatial_relations_ros.evaluation.training import describe_data, report_entry
-    from spatial_relations_ros.learning import load_metric
-
-    output = Output(json_path)
-    dataset = read_dataset(folder)
-    metric = load_metric(weights)
-    available = {'scene': dataset.splits, 'object': dataset.object_splits}
-    names = [
-        name
-        for name in ('scene', 'object')
-        if protocol.value == name or (protocol is Protocol.BOTH and available[name])
-    ]
-    entries: dict[str, Any] = {}
-    for name in names or ['scene']:
-        with progress_bar('scenes embedded') as advance:
-            report = measure(metric, dataset, protocol=name, on_progress=advance)
-        entries[name] = report_entry(report)
-    output.table(
-        ('splits', '3-of-5 %', '±', '5-of-5 %', '±', 'mean average precision'),
-        [
-            (
-                entry['protocol'],
-                100.0 * entry['three_of_five'],
-                100.0 * entry['three_of_five_std'],
-                100.0 * entry['five_of_five'],
-                100.0 * entry['five_of_five_std'],
-                entry['mean_average_precision'],
-            )
-            for entry in entries.values()
-        ],
-    )
-    from spatial_relations_ros.cli.provenance import provenance
-
-    output.say('baselines (hand-made features, LMNN) are not built yet')
-    output.write_json(
-        {
-            'protocols': entries,
-            'baselines': None,
-            'data': describe_data(folder, dataset),
-            'model_hash': metric.model_hash,
-            'provenance': provenance(),
-        }
-    )

@@ -13,10 +13,11 @@ from spatial_relations_ros.cli.embedding_commands import distance, embed
 from spatial_relations_ros.cli.error_reports import ReportingGroup
 from spatial_relations_ros.cli.generalize_command import generalize
 from spatial_relations_ros.cli.imitate_command import imitate
-from spatial_relations_ros.cli.learning_commands import retrieve, train
+from spatial_relations_ros.cli.learning_commands import train
 from spatial_relations_ros.cli.memory_commands import forget, list_relations, nearest, remember
 from spatial_relations_ros.cli.output import JsonOption, Output
 from spatial_relations_ros.cli.replay_command import replay
+from spatial_relations_ros.cli.retrieve_command import retrieve
 
 app = typer.Typer(
     name='relations',

@@ -60,12 +60,7 @@ def evaluate_embeddings(
             f'{len(queries)} test and {len(gallery)} training scenes; retrieval needs at least '
             f'1 and {NUM_NEIGHBOURS}'
         )
-    squared = (
-        np.square(queries).sum(1)[:, None]
-        + np.square(gallery).sum(1)[None]
-        - 2.0 * queries @ gallery.T
-    )
-    order = np.argsort(squared, axis=1, kind='stable')
+    order = ranked(gallery, queries)
     matches = gallery_labels[order] == query_labels[:, None]
     hits = matches[:, :NUM_NEIGHBOURS].sum(axis=1)
     confusion = np.zeros((len(Relation), len(Relation)), dtype=np.int64)
@@ -79,6 +74,16 @@ def evaluate_embeddings(
         num_queries=len(queries),
         num_gallery=len(gallery),
     )
+
+
+def ranked(gallery: NDArray[np.floating], queries: NDArray[np.floating]) -> NDArray[np.int64]:
+    """Rows (Q, G) of the gallery (G, D) for each query (Q, D), nearest first."""
+    squared = (
+        np.square(queries).sum(1)[:, None]
+        + np.square(gallery).sum(1)[None]
+        - 2.0 * queries @ gallery.T
+    )
+    return np.argsort(squared, axis=1, kind='stable')
 
 
 def _average_precision(matches: NDArray[np.bool_]) -> NDArray[np.float64]:

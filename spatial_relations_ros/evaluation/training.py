@@ -14,12 +14,9 @@ from spatial_relations_ros import __version__
 from spatial_relations_ros.core import DatasetFormatError
 from spatial_relations_ros.datasets.freiburg import RelationDataset, Split, load_dataset
 from spatial_relations_ros.evaluation.calibrating import calibrate, calibration_entry
+from spatial_relations_ros.evaluation.comparison import report_entry
 from spatial_relations_ros.evaluation.labelled_scenes import LabelledScenes
-from spatial_relations_ros.evaluation.splits_report import (
-    SplitsReport,
-    confusion_by_name,
-    retrieve,
-)
+from spatial_relations_ros.evaluation.splits_report import SplitsReport, retrieve
 from spatial_relations_ros.learning import ModelCard, RelationMetric, load_metric, save_metric
 from spatial_relations_ros.learning.trainer import ProgressCallback, train_encoder
 from spatial_relations_ros.learning.training_config import TrainingConfig, training_config
@@ -115,11 +112,6 @@ def retrieval_entry(metric: RelationMetric, dataset: RelationDataset) -> dict[st
     return entry
 
 
-def report_entry(report: SplitsReport) -> dict[str, Any]:
-    """A report as it stands in a card."""
-    return {**report.summary(), 'confusion': confusion_by_name(report.confusion)}
-
-
 def describe_data(
     folder: Path, dataset: RelationDataset, *, num_scenes: int | None = None
 ) -> dict[str, Any]:
@@ -156,7 +148,6 @@ __all__ = [
     'describe_data',
     'make_training_set',
     'measure_retrieval',
-    'report_entry',
     'retrieval_entry',
     'train_metric',
 ]

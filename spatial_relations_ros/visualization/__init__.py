@@ -1,9 +1,15 @@
 """Pictures of scenes, projections and curves; no ROS, no display, no GPU."""
 
 from spatial_relations_ros.visualization.camera import Camera, frame_objects, frame_points
+from spatial_relations_ros.visualization.confusions import draw_confusion
 from spatial_relations_ros.visualization.curves import draw_distance_curve
+from spatial_relations_ros.visualization.embedding_maps import draw_embedding_map
 from spatial_relations_ros.visualization.images import Image, read_image, write_image
 from spatial_relations_ros.visualization.imitation_pictures import write_imitation_pictures
+from spatial_relations_ros.visualization.neighbour_sheets import (
+    ShownScene,
+    draw_neighbour_sheet,
+)
 from spatial_relations_ros.visualization.palette import (
     BASE_COLOUR,
     OBJECT_COLOURS,
@@ -19,9 +25,13 @@ __all__ = [
     'Image',
     'OBJECT_COLOURS',
     'RELATIVE_COLOUR',
+    'ShownScene',
     'before_after',
     'contact_sheet',
+    'draw_confusion',
     'draw_distance_curve',
+    'draw_embedding_map',
+    'draw_neighbour_sheet',
     'draw_projections',
     'frame_objects',
     'frame_points',

@@ -47,3 +47,16 @@ def bytes_from_linear(light: NDArray[np.float32]) -> NDArray[np.uint8]:
 
 # A table is ten times faster than the power; dark values need the finer steps.
 _BYTES_OF_LIGHT = np.round(np.linspace(0.0, 1.0, 1 << 16) ** (1.0 / 2.2) * 255.0).astype(np.uint8)
+
+# The seven relations, by their labels: told apart also by the colour-blind (after Okabe and Ito).
+RELATION_COLOURS: tuple[Rgb, ...] = (
+    (0.00, 0.45, 0.70),
+    (0.84, 0.37, 0.00),
+    (0.00, 0.62, 0.45),
+    (0.80, 0.47, 0.65),
+    (0.34, 0.71, 0.91),
+    (0.90, 0.62, 0.00),
+    (0.45, 0.45, 0.45),
+)
+RIGHT: Rgb = (0.20, 0.60, 0.32)
+WRONG: Rgb = (0.80, 0.18, 0.18)
