@@ -40,9 +40,9 @@ def digest(folder: Path) -> dict[str, str]:
     }
 
 
-def test_same_seed_same_bytes(tmp_path):
+def test_same_seed_same_bytes_with_any_number_of_processes(tmp_path):
     progress = []
-    for name in ('a', 'b'):
+    for name, num_jobs in (('a', 1), ('b', 2)):
         generate_dataset(
             tmp_path / name,
             num_scenes=28,
@@ -50,6 +50,7 @@ def test_same_seed_same_bytes(tmp_path):
             seed=5,
             num_points=100,
             on_progress=lambda done, total: progress.append((done, total)),
+            num_jobs=num_jobs,
         )
     assert digest(tmp_path / 'a') == digest(tmp_path / 'b')
     assert progress == [(done, 28) for done in range(1, 29)] * 2
@@ -124,6 +125,14 @@ def test_ground_truth_agrees_with_the_scenes(folder, dataset):
         assert all(count > 0 for count in truth['rejected'].values())
 
 
+def test_refused_candidates_are_counted(folder):
+    rejected = json.loads((folder / 'dataset.json').read_text())['rejected']
+    assert list(rejected) == [relation.name.lower() for relation in Relation]
+    truths = [json.loads(line) for line in (folder / 'ground_truth.jsonl').open()]
+    total = sum(sum(truth['rejected'].values()) for truth in truths)
+    assert sum(sum(reasons.values()) for reasons in rejected.values()) == total > 0
+
+
 def test_objects_are_described(folder, dataset):
     described = json.loads((folder / 'objects.json').read_text())
     assert len(described) == NUM_OBJECTS
@@ -136,7 +145,8 @@ def test_objects_are_described(folder, dataset):
 
 
 @pytest.mark.parametrize(
-    'wrong', [{'num_scenes': 27}, {'num_objects': 9}, {'num_points': 3}, {'seed': -1}]
+    'wrong',
+    [{'num_scenes': 27}, {'num_objects': 9}, {'num_points': 3}, {'seed': -1}, {'num_jobs': 0}],
 )
 def test_numbers_that_are_too_small(tmp_path, wrong):
     arguments = {'num_scenes': 28, 'num_objects': 20, 'seed': 0, 'num_points': 10} | wrong

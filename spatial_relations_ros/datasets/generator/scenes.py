@@ -55,9 +55,17 @@ class GeneratedScene:
 class SceneSampler:
     """Draws scenes from a set of bodies."""
 
-    def __init__(self, bodies: Sequence[Body]) -> None:
-        """Takes the bodies that scenes are made of."""
+    def __init__(
+        self, bodies: Sequence[Body], *, check: Callable[[Measured], str] | None = None
+    ) -> None:
+        """Takes the bodies that scenes are made of.
+
+        Args:
+            bodies: with distinct names.
+            check: a last check of a measured scene; returns why it is refused, or nothing.
+        """
         self._bodies = tuple(bodies)
+        self._check = check
         self._pairs: dict[Relation, list[tuple[Body, list[Body]]]] = {}
 
     def sample(self, relation: Relation, rng: np.random.Generator) -> GeneratedScene:
@@ -81,9 +89,13 @@ class SceneSampler:
             base, relatives = pairs[int(rng.integers(len(pairs)))]
             relative = relatives[int(rng.integers(len(relatives)))]
             result = _attempt(relation, base, relative, rng)
-            if isinstance(result, Measured):
+            if isinstance(result, str):
+                rejected[result] += 1
+                continue
+            refused = self._check(result) if self._check else ''
+            if not refused:
                 return GeneratedScene(relation, result, rejected)
-            rejected[result] += 1
+            rejected[refused] += 1
         raise SpatialRelationsError(
             f'no scene {relation.description!r} in {MAX_ATTEMPTS} attempts; refused: '
             f'{dict(rejected)}'
