@@ -3,7 +3,6 @@
 from spatial_relations_ros.imitation.imitate import imitate
 from spatial_relations_ros.imitation.options import ImitationOptions
 from spatial_relations_ros.imitation.result import (
-    SIMILAR_DISTANCE,
     ImitationAnswer,
     ImitationProgress,
     ImitationResult,
@@ -12,7 +11,6 @@ from spatial_relations_ros.imitation.result import (
 )
 
 __all__ = [
-    'SIMILAR_DISTANCE',
     'ImitationAnswer',
     'ImitationOptions',
     'ImitationProgress',

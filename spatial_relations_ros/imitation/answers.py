@@ -16,11 +16,7 @@ from spatial_relations_ros.imitation.feasibility import check_placement
 from spatial_relations_ros.imitation.objective import Objective
 from spatial_relations_ros.imitation.options import ImitationOptions
 from spatial_relations_ros.imitation.pose_optimizer import PoseBatch, evaluate
-from spatial_relations_ros.imitation.result import (
-    SIMILAR_DISTANCE,
-    ImitationAnswer,
-    ObjectPlacement,
-)
+from spatial_relations_ros.imitation.result import ImitationAnswer, ObjectPlacement
 
 _SAME_SHIFT = 0.1
 _SAME_TURN_RAD = math.radians(20.0)
@@ -37,10 +33,18 @@ class AnswerMaker:
 
     def rank(self, answers: list[ImitationAnswer]) -> list[ImitationAnswer]:
         """Best first; by distance alone when physics is left out."""
-        return rank(answers, physics=self.options.physics_weight > 0.0)
+        usable_below = (
+            self.objective.similar_distance if self.options.physics_weight > 0.0 else None
+        )
+        return rank(answers, usable_below)
 
     def answers(self, batch: PoseBatch) -> list[ImitationAnswer]:
-        """Checked answers at exactly these poses."""
+        """Checked answers at exactly these poses, with distances as the metric reports them."""
+        headings = self.objective.metric.card.headings
+        if headings > 1:
+            batch = evaluate(
+                self.objective, batch.rotations, batch.translations, headings=headings
+            )
         return [
             self._answer(_poses(batch, row, self.objective.origin), float(batch.distances[row]))
             for row in range(len(batch.costs))
@@ -96,7 +100,7 @@ class AnswerMaker:
         return ImitationAnswer(
             placements=(placements[0], placements[1]),
             distance=distance,
-            confidence=math.exp(-(distance**2)),
+            confidence=self.objective.confidence(distance),
             feasible=not violations,
             violations=tuple(violations),
         )
@@ -111,12 +115,15 @@ class AnswerMaker:
         return pose
 
 
-def rank(answers: list[ImitationAnswer], *, physics: bool = True) -> list[ImitationAnswer]:
-    """Feasible answers that are similar to the demonstration first, then the nearest attempts."""
+def rank(answers: list[ImitationAnswer], usable_below: float | None) -> list[ImitationAnswer]:
+    """Feasible answers nearer than ``usable_below`` first, then the nearest attempts.
+
+    Without that distance feasibility does not count.
+    """
 
     def key(answer: ImitationAnswer) -> tuple[bool, float]:
-        usable = answer.feasible and answer.distance < SIMILAR_DISTANCE
-        return physics and not usable, answer.distance
+        usable = usable_below is None or (answer.feasible and answer.distance < usable_below)
+        return not usable, answer.distance
 
     return sorted(answers, key=key)
 

@@ -23,7 +23,6 @@ from spatial_relations_ros.imitation.pose_optimizer import (
     refine,
 )
 from spatial_relations_ros.imitation.result import (
-    SIMILAR_DISTANCE,
     ImitationAnswer,
     ImitationProgress,
     ImitationResult,
@@ -93,8 +92,8 @@ class _Imitation:
     def run(self) -> ImitationResult:
         """Proposals, refinement, settling, checks; at every moment there is a best answer."""
         current = evaluate(self.objective, *pose_tensors([self.test], self.objective.origin))
-        initial_distance = float(current.distances[0])
         self._add(self.maker.answers(current))
+        initial_distance = self.best.distance
         proposals = self._proposals(current)
         nearest = proposals.costs.argsort()
         if not self.stopped:
@@ -175,10 +174,11 @@ class _Imitation:
         history: list[float],
     ) -> ImitationResult:
         best = answers[0]
-        success = best.feasible and best.distance < SIMILAR_DISTANCE
+        similar_distance = self.objective.similar_distance
+        success = best.feasible and best.distance < similar_distance
         return ImitationResult(
             success=success,
-            message=_message(best, history[0], self.cancelled),
+            message=_message(best, history[0], similar_distance, cancelled=self.cancelled),
             answers=answers,
             distance_history=np.array(history, dtype=np.float32),
             initial_distance=history[0],
@@ -226,14 +226,16 @@ def _heading(reference: Scene) -> torch.Tensor | None:
     return torch.from_numpy(offset / length) if length > 1e-3 else None
 
 
-def _message(best: ImitationAnswer, initial_distance: float, cancelled: bool) -> str:
+def _message(
+    best: ImitationAnswer, initial_distance: float, similar_distance: float, *, cancelled: bool
+) -> str:
     fell = f'distance {initial_distance:.2f} before, {best.distance:.2f} after'
     if cancelled:
         return f'cancelled; best answer so far: {fell}'
-    if best.distance >= SIMILAR_DISTANCE:
+    if best.distance >= similar_distance:
         return (
             f'no placement was found that is similar to the demonstration: {fell}; '
-            f'similar relations lie below {SIMILAR_DISTANCE:g}'
+            f'similar relations lie below {similar_distance:.2f}'
         )
     if not best.feasible:
         return f'no feasible placement was found; the nearest: {"; ".join(best.violations)}'

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,6 +17,8 @@ from spatial_relations_ros.projection import apply_poses
 _PENETRATION_WEIGHT = 30.0
 _CONTACT_WEIGHT = 2.0
 _HEADING_WEIGHT = 0.5
+# Without a calibration: dissimilar relations were trained to lie about 1 apart.
+_UNCALIBRATED_SIMILAR_DISTANCE = 0.5
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,10 +48,33 @@ class Objective:
     physics_weight: float
     heading: Tensor | None
 
-    def distances(self, rotations: Tensor, translations: Tensor) -> Tensor:
-        """Metric distances (K,) of K scenes with poses (K, 2, 3, 3) and (K, 2, 3)."""
+    @property
+    def similar_distance(self) -> float:
+        """Scenes that are nearer to the demonstration rather show its relation than not."""
+        calibration = self.metric.calibration
+        if calibration is None:
+            return _UNCALIBRATED_SIMILAR_DISTANCE
+        return calibration.same_relation_distance
+
+    def confidence(self, distance: float) -> float:
+        """Probability that a scene at this distance shows the demonstrated relation, 0 to 1."""
+        calibration = self.metric.calibration
+        if calibration is None:
+            return math.exp(-(distance**2))
+        return calibration.same_relation_probability(distance)
+
+    def distances(self, rotations: Tensor, translations: Tensor, *, headings: int = 1) -> Tensor:
+        """Metric distances (K,) of K scenes with poses (K, 2, 3, 3) and (K, 2, 3).
+
+        Args:
+            rotations: world from object, of base and relative.
+            translations: the same, metres from the origin.
+            headings: how many the embedding is averaged over: one to search with, the metric's
+                own number to report.
+        """
         points = apply_poses(self.clouds[None], rotations, translations)
-        return euclidean_distance(self.metric.embed(points), self.reference_embedding[None])
+        embeddings = self.metric.embed(points, headings=headings)
+        return euclidean_distance(embeddings, self.reference_embedding[None])
 
     def penalties(self, rotations: Tensor, translations: Tensor) -> Tensor:
         """Physical and heading terms (K,), in units of the metric's distance."""

@@ -48,12 +48,14 @@ def concatenate(batches: Sequence[PoseBatch]) -> PoseBatch:
     )
 
 
-def evaluate(objective: Objective, rotations: Tensor, translations: Tensor) -> PoseBatch:
-    """Distances and costs of poses, without gradients."""
+def evaluate(
+    objective: Objective, rotations: Tensor, translations: Tensor, *, headings: int = 1
+) -> PoseBatch:
+    """Distances, averaged over a number of headings, and costs of poses; without gradients."""
     with torch.no_grad():
         distances = torch.cat(
             [
-                objective.distances(r, t)
+                objective.distances(r, t, headings=headings)
                 for r, t in zip(
                     torch.split(rotations, 32), torch.split(translations, 32), strict=True
                 )

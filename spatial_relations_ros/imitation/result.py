@@ -10,9 +10,6 @@ from numpy.typing import NDArray
 
 from spatial_relations_ros.core import Pose, Scene
 
-# Dissimilar relations were trained to lie at least 1 apart: nearer than half of that is similar.
-SIMILAR_DISTANCE = 0.5
-
 
 @dataclass(frozen=True)
 class ObjectPlacement:
@@ -44,7 +41,8 @@ class ImitationAnswer:
     Attributes:
         placements: of base and relative.
         distance: to the demonstration under the metric.
-        confidence: exp(-distance^2), 1 for an equal relation; not calibrated.
+        confidence: probability that the relation is the demonstrated one, by the calibration of
+            the metric's weights; exp(-distance^2) for weights without one.
         feasible: whether nothing is violated.
         violations: what is, in words.
     """
