@@ -15,7 +15,7 @@ from spatial_relations_ros.learning.losses import (
     euclidean_distance,
     triplet_contrastive_loss,
 )
-from spatial_relations_ros.learning.metric import RelationMetric
+from spatial_relations_ros.learning.metric import Comparison, RelationMetric
 from spatial_relations_ros.learning.weights import load_metric, save_metric
 
 __all__ = [
@@ -23,6 +23,7 @@ __all__ = [
     'ENCODERS',
     'Calibration',
     'Compact',
+    'Comparison',
     'Encoder',
     'Jund2018',
     'ModelCard',

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 import torch
@@ -18,6 +19,28 @@ from spatial_relations_ros.learning.losses import euclidean_distance
 from spatial_relations_ros.projection import project, resample_points
 
 BATCH_SIZE = 64
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """Two scenes under a metric; NaN stands where the weights carry no calibration.
+
+    Attributes:
+        distance: 0 is equal.
+        same_relation_probability: that both show the same relation, where before looking the
+            same relation is as likely as another one.
+        novelty: of each scene, how far it is from everything that the metric knows; above 1 it
+            is novel, and neither distance nor probability mean much.
+    """
+
+    distance: float
+    same_relation_probability: float
+    novelty: tuple[float, float]
+
+    @property
+    def is_novel(self) -> tuple[bool, bool]:
+        """Whether each scene is unlike everything that the metric was trained with."""
+        return self.novelty[0] > 1.0, self.novelty[1] > 1.0
 
 
 class RelationMetric:
@@ -94,8 +117,29 @@ class RelationMetric:
 
     def distance(self, first: Scene, second: Scene) -> float:
         """How unalike two relations are; 0 is equal, dissimilar ones were trained to exceed 1."""
-        embeddings = torch.from_numpy(self.embed_scenes([first, second]))
-        return float(euclidean_distance(embeddings[0], embeddings[1]))
+        return self.compare(first, second).distance
+
+    def compare(self, first: Scene, second: Scene) -> Comparison:
+        """The distance of two scenes, what it means, and whether the metric knows such scenes."""
+        embeddings = self.embed_scenes([first, second])
+        pair = torch.from_numpy(embeddings)
+        distance = float(euclidean_distance(pair[0], pair[1]))
+        probability = (
+            math.nan
+            if self.calibration is None
+            else self.calibration.same_relation_probability(distance)
+        )
+        novelty = self.novelty(embeddings)
+        return Comparison(distance, probability, (float(novelty[0]), float(novelty[1])))
+
+    def novelty(self, embeddings: NDArray[np.floating]) -> NDArray[np.float64]:
+        """How far embeddings (..., D) are from everything known, shape (...).
+
+        Above 1 is novel; NaN for weights without a calibration.
+        """
+        if self.calibration is None:
+            return np.full(np.shape(embeddings)[:-1], math.nan)
+        return self.calibration.novelty(embeddings)
 
     def projections(self, scene: Scene) -> NDArray[np.float32]:
         """The network's input (3, 2, S, S): planes top, front, side; base, relative."""

@@ -14,7 +14,7 @@ from spatial_relations_ros.datasets.freiburg import (
     write_dataset,
 )
 from spatial_relations_ros.datasets.object_files import save_mesh
-from spatial_relations_ros.learning import ModelCard, make_encoder, save_metric
+from spatial_relations_ros.learning import Calibration, ModelCard, make_encoder, save_metric
 
 SIZES = {
     'tray': (0.24, 0.18, 0.02),
@@ -37,6 +37,21 @@ def weights(tmp_path_factory):
     torch.manual_seed(0)
     path = tmp_path_factory.mktemp('weights') / 'untrained.safetensors'
     save_metric(make_encoder('compact'), ModelCard('compact', num_points=256), path)
+    return path
+
+
+@pytest.fixture(scope='session')
+def calibrated_weights(tmp_path_factory):
+    """The same network with a calibration, under which every scene is novel."""
+    torch.manual_seed(0)
+    path = tmp_path_factory.mktemp('calibrated') / 'calibrated.safetensors'
+    calibration = Calibration(
+        np.array([0.0, 2.0]), np.array([0.9, 0.1]), np.full((1, 64), 9.0, dtype=np.float32), 2.0
+    )
+    save_metric(
+        make_encoder('compact'), ModelCard('compact', num_points=256), path,
+        calibration=calibration,
+    )  # fmt: skip
     return path
 
 

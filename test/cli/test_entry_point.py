@@ -5,7 +5,10 @@ import subprocess
 import sys
 
 COMMAND = [sys.executable, '-m', 'spatial_relations_ros.cli.main']
-HEAVY = ('numpy', 'torch', 'open3d', 'matplotlib', 'cv2', 'rosbags', 'rclpy', 'scipy')
+HEAVY = (
+    'numpy', 'torch', 'open3d', 'matplotlib', 'cv2', 'rosbags', 'rclpy', 'scipy', 'sklearn',
+    'metric_learn',
+)  # fmt: skip
 
 
 def test_loading_the_command_loads_nothing_heavy():

@@ -10,16 +10,41 @@ def test_train_writes_weights_that_retrieve_can_use(relations, data, tmp_path):
     card = json.loads(card_path.read_text())['card']
     assert card['steps'] == 1
     assert len(card['sha256']) == 64
-    numbers = tmp_path / 'numbers.json'
-    result = relations('retrieve', data, '--weights', out, '--json', numbers)
+    numbers, table = tmp_path / 'numbers.json', tmp_path / 'table.md'
+    result = relations('retrieve', data, '--weights', out, '--json', numbers, '--markdown', table)
     assert result.exit_code == 0, result.output
     content = json.loads(numbers.read_text())
     assert list(content['protocols']) == ['scene']
     entry = content['protocols']['scene']
     assert entry['num_queries'] == 2
     assert 0.0 <= entry['five_of_five'] <= entry['three_of_five'] <= 1.0
+    # The card was measured on the same split: its numbers come out again, exactly.
+    assert {key: card['retrieval'][key] for key in entry} == entry
     assert content['model_hash'] == card['sha256']
     assert content['provenance']['libraries']['torch']
+    names = [metric['name'] for metric in content['metrics']]
+    assert names == ['w', 'mees2017_euclidean', 'mees2017_lmnn']
+    assert content['metrics'][0]['protocols'] == content['protocols']
+    # Of two test scenes both are of another relation: there is nothing to calibrate with.
+    assert content['metrics'][0]['calibration'] is None
+    assert len(table.read_text().splitlines()) == 2 + 3
+
+
+def test_several_weights_are_compared_in_one_run(relations, data, weights, calibrated_weights):
+    chosen = ['--weights', weights, '--weights', calibrated_weights, '--baselines', 'none']
+    result = relations('retrieve', data, *chosen, '--json', '-')
+    assert result.exit_code == 0, result.output
+    first, second = json.loads(result.stdout)['metrics']
+    assert (first['name'], second['name']) == ('untrained', 'calibrated')
+    assert first['protocols'] == second['protocols']
+    assert first['calibration'] is None
+    novelty = second['calibration']['novelty']
+    assert novelty['false_alarms'] == 1.0
+    assert set(novelty['detected'].values()) == {1.0}
+    assert 'calibration error' in result.stderr
+    twice = relations('retrieve', data, '--weights', weights, '--weights', weights)
+    assert twice.exit_code == 2
+    assert 'same file twice' in twice.stderr
 
 
 def test_retrieve_says_which_splits_there_are(relations, data, weights):

@@ -109,6 +109,30 @@ def test_distance_knows_itself(relations, data, weights, tmp_path):
         assert len(content['model_hash']) == 64
 
 
+def test_distance_says_what_it_means(relations, data, weights, calibrated_weights):
+    arguments = [
+        'distance', '--data', data, '--reference', 'tray_cup_0', '--test', 'carton_can_0',
+        '--json', '-', '--weights',
+    ]  # fmt: skip
+    plain = relations(*arguments, weights)
+    content = json.loads(plain.stdout)
+    assert 'no calibration' in plain.stderr
+    assert content['same_relation_probability'] is content['same_relation_distance'] is None
+    assert content['reference'] == content['test'] == {'novelty': None, 'is_novel': None}
+    known = relations(*arguments, calibrated_weights)
+    again = json.loads(known.stdout)
+    assert again['distance'] == content['distance']
+    assert again['same_relation_probability'] == pytest.approx(0.9 - 0.4 * content['distance'])
+    assert again['same_relation_distance'] == pytest.approx(1.0)
+    for role in ('reference', 'test'):
+        assert again[role]['is_novel']
+        assert again[role]['novelty'] > 10.0
+        assert f'{role}: novel' in known.stderr
+    embedded = relations('embed', '--data', data, '--scene', 'tray_cup_0', '--json', '-',
+                         '--weights', calibrated_weights)  # fmt: skip
+    assert json.loads(embedded.stdout)['novelty'] == pytest.approx(again['reference']['novelty'])
+
+
 def test_embed_by_files_equals_the_metric(relations, scene_files, weights):
     from spatial_relations_ros.cli.scene_sources import SceneSource
     from spatial_relations_ros.learning import load_metric
