@@ -21,7 +21,7 @@ def train(
     folder: DatasetArgument,
     out: Annotated[Path, typer.Option('--out', metavar='FILE', help='Weights (.safetensors).')],
     config: Annotated[
-        str, typer.Option('--config', help='Training configuration: default, jund2018, paper.')
+        str, typer.Option('--config', help='One of default, jund2018, paper, released.')
     ] = 'default',
     steps: Annotated[
         int | None,
@@ -41,12 +41,16 @@ def train(
             help='Folder of checkpoint and loss curve; a run found there goes on.',
         ),
     ] = None,
+    device: Annotated[
+        str, typer.Option('--device', help='auto (a GPU where there is one), cpu or cuda.')
+    ] = 'auto',
     seed: SeedOption = 0,
     json_path: JsonOption = None,
 ) -> None:  # fmt: skip
     """Train a metric on a dataset; weights and their card are written.
 
-    Retrieval is measured on scenes whose objects were not trained on.
+    Retrieval is measured on scenes whose objects were not trained on. For several GPUs or
+    machines: torchrun --nproc-per-node N --no-python relations train ...
     """
     if out.suffix != '.safetensors':
         raise typer.BadParameter(f'--out {out}: weights are written as .safetensors')
@@ -66,8 +70,11 @@ def train(
             steps=steps,
             held_out_dir=held_out,
             run_dir=run_dir,
+            device=device,
             on_progress=on_progress,
         )
+    if card is None:
+        return
     output.say(f'weights in [bold]{out}[/], {card.steps} steps, sha256 {card.sha256[:12]}')
     output.table(
         ('retrieval on held-out objects', ''),

@@ -10,17 +10,23 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from spatial_relations_ros import __version__
 from spatial_relations_ros.core import DatasetFormatError
 from spatial_relations_ros.datasets.freiburg import RelationDataset, Split, load_dataset
+from spatial_relations_ros.datasets.ground_truth import read_measures
 from spatial_relations_ros.evaluation.calibrating import calibrate, calibration_entry
 from spatial_relations_ros.evaluation.comparison import report_entry
 from spatial_relations_ros.evaluation.labelled_scenes import LabelledScenes
 from spatial_relations_ros.evaluation.splits_report import SplitsReport, retrieve
 from spatial_relations_ros.learning import ModelCard, RelationMetric, load_metric, save_metric
+from spatial_relations_ros.learning.distributed import is_main_process
 from spatial_relations_ros.learning.trainer import ProgressCallback, train_encoder
 from spatial_relations_ros.learning.training_config import TrainingConfig, training_config
 from spatial_relations_ros.learning.training_set import TrainingSet
+from spatial_relations_ros.visualization import write_image
+from spatial_relations_ros.visualization.curves import draw_loss_curve
 
 
 def train_metric(
@@ -32,8 +38,9 @@ def train_metric(
     steps: int | None = None,
     held_out_dir: Path | None = None,
     run_dir: Path | None = None,
+    device: str = 'auto',
     on_progress: ProgressCallback | None = None,
-) -> ModelCard:
+) -> ModelCard | None:
     """Trains a metric, measures and calibrates it on held-out objects, writes weights and card.
 
     Args:
@@ -45,12 +52,17 @@ def train_metric(
         held_out_dir: another dataset, of other objects, for the retrieval numbers and the
             calibration; training then uses all of ``data_dir``. None trains on the first object
             split (else the first scene split) and measures on its test part.
-        run_dir: folder of the checkpoint and the loss curve; a run found there is resumed.
+        run_dir: folder of the checkpoint and the loss curve (``losses.csv``, ``losses.png``); a
+            run found there is resumed.
+        device: ``auto``, ``cpu`` or ``cuda``.
         on_progress: called after each step.
+
+    Returns:
+        The card; None in all but the first of several processes that train together.
 
     Raises:
         DatasetFormatError: for unusable data.
-        ConfigError: for an unknown configuration.
+        ConfigError: for an unknown configuration, or a device that is not there.
         WeightsError: when the checkpoint belongs to another run.
     """
     config = training_config(config_name)
@@ -59,13 +71,18 @@ def train_metric(
     dataset = load_dataset(data_dir)
     split = None if held_out_dir is not None else _own_split(dataset)
     names = {entry.name for entry in dataset.scenes} if split is None else set(split.train)
-    training_set = make_training_set(dataset, names)
+    training_set = make_training_set(dataset, names, data_dir)
     encoder = train_encoder(
-        training_set, config, seed=seed, run_dir=run_dir, on_progress=on_progress
+        training_set, config, seed=seed, run_dir=run_dir, device=device, on_progress=on_progress
     )
+    if not is_main_process():
+        return None
+    if run_dir is not None:
+        _draw_losses(run_dir)
     card = ModelCard(
         encoder=config.encoder,
         num_points=config.num_points,
+        headings=config.headings,
         config={'name': config_name, 'seed': seed, **dataclasses.asdict(config)},
         data=describe_data(data_dir, dataset, num_scenes=len(training_set.labels)),
         steps=config.steps,
@@ -90,13 +107,25 @@ def train_metric(
     return save_metric(encoder, card, out, calibration=calibration)
 
 
-def make_training_set(dataset: RelationDataset, names: set[str]) -> TrainingSet:
-    """The labelled scenes of these names as tensors."""
+def _draw_losses(run_dir: Path) -> None:
+    losses = np.loadtxt(run_dir / 'losses.csv', delimiter=',', skiprows=1, usecols=1, ndmin=1)
+    write_image(run_dir / 'losses.png', draw_loss_curve(losses))
+
+
+def make_training_set(
+    dataset: RelationDataset, names: set[str], data_dir: Path | None = None
+) -> TrainingSet:
+    """The labelled scenes of these names as tensors, with the folder's ground truth if any."""
     entries = [
         entry for entry in dataset.scenes if entry.label is not None and entry.name in names
     ]
     labels = [int(entry.label) for entry in entries if entry.label is not None]
-    return TrainingSet.from_scenes([dataset.scene_of(entry) for entry in entries], labels)
+    measures = None
+    if data_dir is not None:
+        measures = read_measures(data_dir, [entry.name for entry in entries])
+    return TrainingSet.from_scenes(
+        [dataset.scene_of(entry) for entry in entries], labels, measures
+    )
 
 
 def measure_retrieval(weights: Path | None, data_dir: Path, protocol: str) -> SplitsReport:

@@ -46,6 +46,7 @@ class TrainingConfig:
             should lie at a distance that grows with the change; gives the pose optimisation a
             slope to follow where no real scene lies. Zero for none.
         lifted_weight: weight of that term.
+        headings: over how many headings of a scene the trained metric averages its embedding.
     """
 
     encoder: str = 'compact'
@@ -69,6 +70,7 @@ class TrainingConfig:
     graded_reach: float = 0.4
     lifted_clones: int = 16
     lifted_weight: float = 0.5
+    headings: int = 1
 
     def __post_init__(self) -> None:
         _one_of('loss', self.loss, LOSSES)

@@ -9,6 +9,7 @@ from spatial_relations_ros.evaluation.gradients import compare_gradients
 from spatial_relations_ros.evaluation.splits_report import retrieve
 from spatial_relations_ros.evaluation.training import measure_retrieval, train_metric
 from spatial_relations_ros.learning import load_metric
+from spatial_relations_ros.visualization import read_image
 
 
 @pytest.fixture(scope='module')
@@ -24,6 +25,8 @@ def test_training_writes_weights_whose_card_tells_the_truth(data, tmp_path):
     assert card.steps == 3
     assert card.config['name'] == 'default'
     assert card.data['num_scenes'] == 70
+    losses = read_image(tmp_path / 'run' / 'losses.png')
+    assert losses.shape[2] == 3
     metric = load_metric(out)
     assert metric.card == card
     assert metric.calibration is not None
@@ -35,7 +38,7 @@ def test_training_writes_weights_whose_card_tells_the_truth(data, tmp_path):
 
 
 def test_without_other_data_a_split_is_held_out(data, tmp_path):
-    card = train_metric(data, tmp_path / 'weights.safetensors', steps=2)
+    card = train_metric(data, tmp_path / 'weights.safetensors', steps=2, device='cpu')
     dataset = load_dataset(data)
     split = (*dataset.object_splits, *dataset.splits)[0]
     assert card.retrieval['split'] == split.name
