@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from scipy.spatial import ConvexHull
 
 from spatial_relations_ros.core import Pose, TriangleMesh
+from spatial_relations_ros.datasets.generator.convex_parts import ConvexPart, convex_parts
 from spatial_relations_ros.datasets.objects import ObjectModel
 
 FloatArray = NDArray[np.float64]
@@ -67,6 +68,11 @@ class Body:
         """Planes (F, 4) of the convex hull, object frame: normal and offset, negative inside."""
         planes: FloatArray = ConvexHull(self.model.mesh.vertices.astype(np.float64)).equations
         return np.unique(planes.round(6), axis=0)
+
+    @cached_property
+    def convex_parts(self) -> tuple[ConvexPart, ...]:
+        """Convex parts that make up the body, object frame; seconds for a hollow one."""
+        return convex_parts(self.model.mesh)
 
     @cached_property
     def face_points(self) -> NDArray[np.float32]:

@@ -61,6 +61,11 @@ class Footing:
         return self.foot - self.support
 
     @property
+    def is_carried(self) -> bool:
+        """Whether any of the base reaches up to the relative's lowest point."""
+        return bool(np.isfinite(self.support).all())
+
+    @property
     def foot_width(self) -> FloatArray:
         """(48,) metres."""
         return self.foot + _opposite(self.foot)
@@ -82,6 +87,8 @@ class Footing:
 
     def on_top_reason(self) -> str:
         """Why the foot is not clearly away from the border nor clearly centred."""
+        if not self.is_carried:
+            return 'no contact'
         smaller = np.minimum(self.foot_width, self.support_width)
         margin = np.maximum(
             INNER_MARGIN_OF_SCENE * self.extent, INNER_MARGIN_OF_SUPPORT * self.support_width
@@ -96,6 +103,8 @@ class Footing:
 
     def edge_reason(self) -> str:
         """Why the foot does not clearly hang over the border on one side."""
+        if not self.is_carried:
+            return 'no contact'
         least = np.maximum(
             LEAST_OVERHANG_OF_FOOT * self.foot_width, LEAST_OVERHANG_OF_SCENE * self.extent
         )

@@ -83,7 +83,7 @@ def containment(base: Placed, relative: Placed) -> float:
 
 def _footing(base: Placed, relative: Placed) -> dict[str, float | None]:
     footing = Footing.of(base, relative)
-    if not np.isfinite(footing.support).all():
+    if not footing.is_carried:
         return {'footing_offset': None, 'overhang': None, 'overhang_share': None}
     return {
         'footing_offset': _rounded(float(footing.offset.max())),
