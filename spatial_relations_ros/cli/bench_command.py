@@ -20,10 +20,12 @@ class Step(StrEnum):
     """What can be timed."""
 
     EMBED = 'embed'
+    GRADIENT = 'gradient'
     IMITATE = 'imitate'
     TRAIN = 'train'
     PERCEPTION = 'perception'
     PAPER = 'paper'
+    PAPER_GRADIENT = 'paper-gradient'
 
 
 def bench(
@@ -32,8 +34,8 @@ def bench(
         list[Step] | None,
         typer.Option(
             '--step', show_default=False,
-            help='Time this step only; repeat for more. All but paper by default: that is '
-            "the paper's setting, for comparison, and takes minutes.",
+            help='Time this step only; repeat for more. All but those of the paper by default: '
+            "that is the paper's setting, for comparison, and takes minutes.",
         ),
     ] = None,
     config: Annotated[
@@ -56,11 +58,13 @@ def bench(
 ) -> None:  # fmt: skip
     """Time the steps on this machine: medians and spread after a warm-up."""
     from spatial_relations_ros.cli.provenance import provenance
-    from spatial_relations_ros.evaluation.bench import Bench, timing_rows
+    from spatial_relations_ros.evaluation.bench import Bench, ratio_rows, timing_rows
     from spatial_relations_ros.learning import load_metric
 
     output = Output(json_path)
-    wanted = steps or [Step.EMBED, Step.IMITATE, Step.TRAIN, Step.PERCEPTION]
+    wanted = steps or [
+        Step.EMBED, Step.GRADIENT, Step.IMITATE, Step.TRAIN, Step.PERCEPTION
+    ]  # fmt: skip
     skipped: dict[str, str] = {}
     if Step.PERCEPTION in wanted and bag is None:
         bag, models = _shipped_demo(models)
@@ -82,6 +86,9 @@ def bench(
             for row in rows
         ],
     )
+    ratios = ratio_rows(timings)
+    for row in ratios:
+        output.say(f'{row["step"]}: {row["ratio"]:.1f} times faster than as in the paper')
     for name, reason in skipped.items():
         output.say(f'{name}: not measured, {reason}')
     conditions = provenance()
@@ -89,6 +96,7 @@ def bench(
     output.write_json(
         {
             'timings': rows,
+            'ratios': ratios,
             'not_measured': skipped,
             'seed': seed,
             'model_hash': metric.model_hash,
@@ -109,8 +117,10 @@ def _steps(
 
     return {
         Step.EMBED: machine.embed,
+        Step.GRADIENT: machine.pose_gradient,
         Step.IMITATE: machine.imitate,
         Step.PAPER: machine.imitate_as_paper,
+        Step.PAPER_GRADIENT: machine.pose_gradient_of_paper,
         Step.TRAIN: lambda on_run: machine.train_step(config, on_run),
         Step.PERCEPTION: perception,
     }

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+import torch
 
 from spatial_relations_ros.core import ConfigError, Scene
 from spatial_relations_ros.datasets.freiburg import RelationDataset, load_dataset
@@ -20,7 +21,12 @@ from spatial_relations_ros.datasets.generator import generate_dataset
 from spatial_relations_ros.evaluation.bag_reader import read_frames
 from spatial_relations_ros.evaluation.training import make_training_set
 from spatial_relations_ros.imitation import ImitationOptions, imitate
-from spatial_relations_ros.learning import ModelCard, RelationMetric, make_encoder
+from spatial_relations_ros.learning import (
+    ModelCard,
+    RelationMetric,
+    euclidean_distance,
+    make_encoder,
+)
 from spatial_relations_ros.learning.trainer import TrainingProgress, train_encoder
 from spatial_relations_ros.learning.training_config import training_config
 from spatial_relations_ros.perception.object_models import ModelSource
@@ -84,6 +90,24 @@ class Bench:
             'embed', lambda idx: self.metric.embed_scenes([self._scene(idx)]), on_run
         )
 
+    def pose_gradient(self, on_run: OnRun | None = None) -> Timing:
+        """From points to the distance of a scene and back to the points, the metric's network."""
+        return self._gradient('pose gradient', self.metric, on_run)
+
+    def pose_gradient_of_paper(self, on_run: OnRun | None = None) -> Timing:
+        """The same with the paper's network; its weights are random, which costs the same."""
+        return self._gradient('pose gradient of the paper', _paper_metric(), on_run)
+
+    def _gradient(self, name: str, metric: RelationMetric, on_run: OnRun | None) -> Timing:
+        reference = torch.zeros(metric.embedding_dim)
+
+        def step(idx: int) -> None:
+            points = torch.from_numpy(metric.scene_points(self._scene(idx)))[None]
+            distance = euclidean_distance(metric.embed(points.requires_grad_(True)), reference)
+            torch.autograd.backward(distance.sum())
+
+        return self._timed(name, step, on_run)
+
     def imitate(self, on_run: OnRun | None = None) -> Timing:
         """One imitation with the default options."""
         return self._timed(
@@ -97,9 +121,7 @@ class Bench:
 
         The network's weights are random, which does not change how long it takes.
         """
-        metric = RelationMetric(
-            make_encoder('jund2018'), ModelCard('jund2018', num_points=_PAPER_POINTS)
-        )
+        metric = _paper_metric()
         return self._timed(
             'imitate as the paper',
             lambda idx: imitate(metric, *self._request(idx), ImitationOptions.paper()),
@@ -150,6 +172,23 @@ class Bench:
             if on_run is not None:
                 on_run(idx + 1, total)
         return Timing(name, tuple(seconds[NUM_WARM_UPS:]))
+
+
+def _paper_metric() -> RelationMetric:
+    return RelationMetric(
+        make_encoder('jund2018'), ModelCard('jund2018', num_points=_PAPER_POINTS)
+    )
+
+
+def ratio_rows(timings: Sequence[Timing]) -> list[dict[str, float | str]]:
+    """How many times slower the paper's way is, where both ways were timed, by medians."""
+    by_name = {timing.name: timing for timing in timings}
+    pairs = (('imitate', 'imitate as the paper'), ('pose gradient', 'pose gradient of the paper'))
+    return [
+        {'step': ours, 'ratio': by_name[paper].median / by_name[ours].median}
+        for ours, paper in pairs
+        if ours in by_name and paper in by_name
+    ]
 
 
 def timing_rows(timings: Sequence[Timing]) -> list[dict[str, float | int | str]]:

@@ -77,9 +77,17 @@ def test_version_tells_what_computes(relations):
 def test_bench_times_what_is_asked(relations, weights, tmp_path, runs):
     out = tmp_path / 'bench.json'
     result = relations(
-        'bench', '--step', 'embed', '--runs', runs, '--weights', weights, '--json', out
-    )
+        'bench', '--step', 'embed', '--step', 'gradient', '--step', 'paper-gradient',
+        '--runs', runs, '--weights', weights, '--json', out,
+    )  # fmt: skip
     assert result.exit_code == 0, result.output
-    (timing,) = json.loads(out.read_text())['timings']
-    assert (timing['step'], timing['runs']) == ('embed', runs)
-    assert 0.0 < timing['min'] <= timing['median'] <= timing['p90'] <= timing['max']
+    content = json.loads(out.read_text())
+    names = ['embed', 'pose gradient', 'pose gradient of the paper']
+    assert [timing['step'] for timing in content['timings']] == names
+    for timing in content['timings']:
+        assert timing['runs'] == runs
+        assert 0.0 < timing['min'] <= timing['median'] <= timing['p90'] <= timing['max']
+    _, ours, paper = content['timings']
+    (ratio,) = content['ratios']
+    assert ratio['step'] == 'pose gradient'
+    assert ratio['ratio'] == pytest.approx(paper['median'] / ours['median'])
