@@ -173,10 +173,11 @@ def calibration_entries(
         assert metric is not None
         assert metric.calibration is not None
         assert item.embeddings is not None
-        fitted_on = metric.card.calibration.get('data', {}).get('scenes_sha256')
+        card = metric.card
+        fitted_on = card.data if 'split' in card.calibration else card.calibration.get('data', {})
         embedded = {kind: metric.embed_scenes(found) for kind, found in nonsense.items()}
         entries[item.name] = {
-            'fitted_on_this_data': fitted_on == scenes_sha256,
+            'fitted_on_this_data': fitted_on.get('scenes_sha256') == scenes_sha256,
             **measure_calibration(metric.calibration, item.embeddings, scenes.labels, embedded),
         }
     return entries

@@ -19,7 +19,7 @@ from spatial_relations_ros.datasets.ground_truth import read_measures
 from spatial_relations_ros.evaluation.calibrating import calibrate, calibration_entry
 from spatial_relations_ros.evaluation.comparison import report_entry
 from spatial_relations_ros.evaluation.labelled_scenes import LabelledScenes
-from spatial_relations_ros.evaluation.splits_report import SplitsReport, retrieve
+from spatial_relations_ros.evaluation.splits_report import SplitsReport, retrieve, splits_of
 from spatial_relations_ros.learning import ModelCard, RelationMetric, load_metric, save_metric
 from spatial_relations_ros.learning.distributed import is_main_process
 from spatial_relations_ros.learning.trainer import ProgressCallback, train_encoder
@@ -69,7 +69,11 @@ def train_metric(
     if steps is not None:
         config = dataclasses.replace(config, steps=steps)
     dataset = load_dataset(data_dir)
-    split = None if held_out_dir is not None else _own_split(dataset)
+    other = None if held_out_dir is None else load_dataset(held_out_dir)
+    if other is not None:
+        # Trouble with it is told before the training and not after.
+        splits_of(other, 'scene')
+    split = _own_split(dataset) if other is None else None
     names = {entry.name for entry in dataset.scenes} if split is None else set(split.train)
     training_set = make_training_set(dataset, names, data_dir)
     encoder = train_encoder(
@@ -89,8 +93,7 @@ def train_metric(
         versions=_versions(),
     )
     metric = RelationMetric(encoder, card)
-    if held_out_dir is not None:
-        other = load_dataset(held_out_dir)
+    if held_out_dir is not None and other is not None:
         held_out = LabelledScenes.of(other)
         described: dict[str, Any] = {'data': describe_data(held_out_dir, other)}
     else:

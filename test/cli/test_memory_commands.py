@@ -55,3 +55,13 @@ def test_another_files_error(relations, tmp_path):
     result = relations('list', '--memory', notes)
     assert result.exit_code == 1
     assert 'not a file of remembered relations' in result.stderr
+
+
+def test_other_weights_embed_what_is_remembered_anew(relations, data, weights, calibrated_weights):
+    scene = ['--data', data, '--scene', 'tray_cup_0']
+    relations('remember', 'shown', *scene, '--weights', weights)
+    before = json.loads(relations('list', '--json', '-').stdout)['relations'][0]['model_hash']
+    found = relations('nearest', *scene, '--weights', calibrated_weights, '--json', '-')
+    assert json.loads(found.stdout)['neighbours'][0]['distance'] < 1e-3
+    after = json.loads(relations('list', '--json', '-').stdout)['relations'][0]['model_hash']
+    assert after == json.loads(found.stdout)['model_hash'] != before

@@ -1,5 +1,7 @@
 """From a dataset folder to weights with a card, and back to the card's numbers."""
 
+import shutil
+
 import pytest
 
 from spatial_relations_ros.core import ConfigError, DatasetFormatError
@@ -63,3 +65,15 @@ def test_an_unknown_protocol_or_configuration_is_told(data, tmp_path):
         retrieve(load_metric(), load_dataset(data), protocol='class')
     with pytest.raises(ConfigError, match='no configuration'):
         train_metric(data, tmp_path / 'weights.safetensors', config_name='best')
+
+
+def test_held_out_data_without_splits_is_refused_before_training(data, tmp_path):
+    bare = tmp_path / 'bare'
+    shutil.copytree(data, bare)
+    shutil.rmtree(bare / 'cross_validation_splits')
+    steps = []
+    with pytest.raises(DatasetFormatError, match='no scene splits'):
+        train_metric(
+            data, tmp_path / 'w.safetensors', steps=1, held_out_dir=bare, on_progress=steps.append
+        )
+    assert steps == []
