@@ -85,19 +85,23 @@ class MetricNode(RelationsNode):
     def _embed(self, request: Embed.Request, response: Embed.Response) -> None:
         scene = self._scenes.given_or_seen(request.scene, request.object_ids, what='scene').scene
 
-        def job() -> tuple[list[float], str]:
+        def job() -> tuple[list[float], str, float]:
             metric = self._host.metric()
-            return metric.embed_scenes([scene])[0].tolist(), metric.model_hash
+            embedding = metric.embed_scenes([scene])[0]
+            return embedding.tolist(), metric.model_hash, float(metric.novelty(embedding))
 
-        response.embedding, response.model_hash = self._host.worker.run(job)
+        response.embedding, response.model_hash, response.novelty = self._host.worker.run(job)
+        response.is_novel = response.novelty > 1.0
         response.success = True
 
     def _distance(self, request: Distance.Request, response: Distance.Response) -> None:
         reference = self._reference_scene(request)
         test = self._scenes.given_or_seen(request.test_scene, request.test_ids, what='test').scene
-        response.distance = self._host.worker.run(
-            lambda: self._host.metric().distance(reference, test)
-        )
+        compared = self._host.worker.run(lambda: self._host.metric().compare(reference, test))
+        response.distance = compared.distance
+        response.same_relation_probability = compared.same_relation_probability
+        response.reference_novelty, response.test_novelty = compared.novelty
+        response.reference_is_novel, response.test_is_novel = compared.is_novel
         response.success = True
 
     def _reference_scene(self, request: Distance.Request) -> Scene:

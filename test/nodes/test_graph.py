@@ -330,6 +330,22 @@ def test_embeddings_and_distances_are_those_of_the_metric(session: Session, weig
     )
     assert same.distance == pytest.approx(0.0, abs=1e-3)
     assert other.distance > same.distance
+    # Scenes given and not seen: what else is answered is that of the metric exactly.
+    given = session.call(
+        Distance,
+        '/metric_node/distance',
+        reference_scene=[found.scene],
+        test_scene=[found.scene],
+    )
+    scene = scene_from_msg(found.scene)
+    compared = metric.compare(scene, scene)
+    answered = (given.same_relation_probability, given.reference_novelty, given.test_novelty)
+    np.testing.assert_allclose(
+        answered, (compared.same_relation_probability, *compared.novelty), rtol=1e-3
+    )
+    assert (given.reference_is_novel, given.test_is_novel) == compared.is_novel
+    np.testing.assert_allclose(by_scene.novelty, metric.novelty(expected), rtol=1e-3)
+    assert by_scene.is_novel == compared.is_novel[0]
     wrong = session.call(Distance, '/metric_node/distance', reference_ids=session.test_ids)
     assert not wrong.success
     assert 'test: nothing is given' in wrong.message
