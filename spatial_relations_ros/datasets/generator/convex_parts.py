@@ -14,11 +14,11 @@ from spatial_relations_ros.core import ConfigError, TriangleMesh
 
 FloatArray = NDArray[np.float64]
 
-MAX_PARTS = 64
+MAX_PARTS = 48
 _TOLERATED_EXCESS = 0.004
 _LEAST_VOLUME = 1e-9
 _LEAST_THICKNESS = 0.002
-_NUM_VERTEX_CUTS = 6
+_NUM_VERTEX_CUTS = 4
 # Cuts beside a vertex leave no sliver on the larger part.
 _BESIDE = 2e-5
 _ANGLES = np.arange(4) * (np.pi / 4.0)
