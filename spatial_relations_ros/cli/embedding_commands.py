@@ -88,7 +88,7 @@ def distance(
     else:
         output.say(
             f'the same relation with a probability of {compared.same_relation_probability:.3f} '
-            f'(even at {metric.calibration.same_relation_distance:.3f})'
+            f'(even odds at {metric.calibration.same_relation_distance:.3f})'
         )
     for title, novelty, is_novel in zip(
         ('reference', 'test'), compared.novelty, compared.is_novel, strict=True

@@ -11,7 +11,7 @@ from typing import Any
 
 from spatial_relations_ros import __version__
 
-LIBRARIES = ('numpy', 'torch', 'open3d', 'roma')
+LIBRARIES = ('numpy', 'torch', 'open3d', 'roma', 'scikit-learn', 'metric-learn')
 
 
 def provenance() -> dict[str, Any]:
