@@ -231,6 +231,19 @@ def test_same_seed_same_scene(sampler):
     )
 
 
+def test_a_last_check_refuses_and_is_counted():
+    bodies = [
+        Body.of(sample_object(family, np.random.default_rng(0), name=family))
+        for family in ('box', 'can')
+    ]
+    verdicts = iter(['moves', 'moves', ''])
+    sampler = SceneSampler(bodies, check=lambda measured: next(verdicts))
+    scene = sampler.sample(Relation.NEXT_TO, np.random.default_rng(0))
+    assert scene.rejected['moves'] == 2
+    unchecked = SceneSampler(bodies).sample(Relation.NEXT_TO, np.random.default_rng(0))
+    assert unchecked.rejected['moves'] == 0
+
+
 def test_impossible_requests_say_why():
     bodies = [
         Body.of(sample_object(family, np.random.default_rng(0), name=family))
