@@ -16,6 +16,7 @@ from spatial_relations_ros.core import (
     UnknownObjectError,
     atomic_write,
 )
+from spatial_relations_ros.datasets.pcd_header import check_pcd_header
 
 MODEL_SUFFIXES = ('.ply', '.pcd', '.obj', '.stl', '.off')
 PAPER_CLOUD_ENDING = '_uniform_leafzise_0.001'
@@ -103,6 +104,8 @@ def _read_mesh(path: Path) -> TriangleMesh | None:
 
 
 def _read_cloud(path: Path) -> NDArray[np.float32]:
+    if path.suffix.lower() == '.pcd':
+        check_pcd_header(path)
     cloud = o3d.io.read_point_cloud(path)
     points = np.array(cloud.points, dtype=np.float32).reshape(-1, 3)
     if len(points) == 0:

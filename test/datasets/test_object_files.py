@@ -79,7 +79,7 @@ def test_a_missing_file_lists_what_is_there(mesh, tmp_path):
     ('name', 'content', 'complaint'),
     [
         ('a.ply', b'', 'is empty'),
-        ('a.pcd', b'no cloud at all\n', 'holds no points'),
+        ('a.pcd', b'no cloud at all\n', 'no line FIELDS'),
         ('a.stl', b'no mesh at all\n', 'holds no triangles'),
         ('a.obj', b'v 0 0 0\n', 'holds no triangles'),
         ('a.step', b'x', r'format \.step is not read; ply, pcd'),

@@ -160,19 +160,32 @@ def _read_splits(folder: Path, names: set[str]) -> tuple[Split, ...]:
     )
     if not numbers:
         raise DatasetFormatError(f'{folder} holds no split<k>_train.txt')
-    return tuple(
-        Split(
-            f'split{number}',
-            _split_part(folder / f'split{number}_train.txt', names),
-            _split_part(folder / f'split{number}_test.txt', names),
-        )
-        for number in numbers
-    )
+    return tuple(_read_split(folder, number, names) for number in numbers)
 
 
-def _split_part(path: Path, names: Iterable[str]) -> tuple[str, ...]:
-    part = read_scene_names(path)
-    for number, name in part:
+def _read_split(folder: Path, number: int, names: set[str]) -> Split:
+    train_path = folder / f'split{number}_train.txt'
+    test_path = folder / f'split{number}_test.txt'
+    train = _split_part(train_path, names)
+    test = _split_part(test_path, names)
+    for name, line in test.items():
+        if name in train:
+            raise DatasetFormatError(
+                f'{test_path}:{line}: scene {name} is tested and also trains '
+                f'({train_path.name}:{train[name]})'
+            )
+    return Split(f'split{number}', tuple(train), tuple(test))
+
+
+def _split_part(path: Path, names: Iterable[str]) -> dict[str, int]:
+    """Scene names of a part of a split, in the file's order, with their lines."""
+    lines: dict[str, int] = {}
+    for number, name in read_scene_names(path):
         if name not in names:
             raise DatasetFormatError(f'{path}:{number}: scene {name!r} is not in {SCENES_FILE}')
-    return tuple(name for _, name in part)
+        if name in lines:
+            raise DatasetFormatError(
+                f'{path}:{number}: scene {name} is listed twice, first on line {lines[name]}'
+            )
+        lines[name] = number
+    return lines
