@@ -71,10 +71,13 @@ class BatchLoss(nn.Module):
         self, embeddings: Tensor, labels: Tensor, strays: Tensor, generator: torch.Generator
     ) -> Tensor:
         name = self.config.loss
-        if name == 'all_pairs':
-            return all_pairs_contrastive_loss(embeddings, labels)
-        if name == 'neighbourhood':
-            return neighbourhood_loss(embeddings, labels)
+        if name in ('all_pairs', 'neighbourhood'):
+            # Scenes at random poses are like nothing else, not even like each other.
+            alone = -1 - torch.arange(len(strays), device=labels.device)
+            everything, classes = torch.cat([embeddings, strays]), torch.cat([labels, alone])
+            if name == 'all_pairs':
+                return all_pairs_contrastive_loss(everything, classes)
+            return neighbourhood_loss(everything, classes)
         positive, negative = _triplets(labels, generator)
         anchor, others = embeddings, embeddings[negative]
         if len(strays):

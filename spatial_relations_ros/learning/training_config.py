@@ -36,8 +36,8 @@ class TrainingConfig:
             extent; each object draws its own.
         sparse_share: share of objects that keep only some of their points, down to a tenth.
         partial_share: share of objects seen from one side only, as a depth camera sees them.
-        random_negatives: share of triplets whose negative is a scene with its objects at random
-            poses, for the losses over triplets.
+        random_negatives: share of a batch that is added as scenes with their objects at random
+            poses, which are unlike anything; triplets take them as negatives.
         graded_weight: weight of the term that makes distances within a relation follow how far
             the scenes' measures are apart. Zero leaves all scenes of a relation alike.
         graded_reach: distance at which scenes of a relation lie whose measures are a whole unit

@@ -13,6 +13,7 @@ from spatial_relations_ros.learning.training_config import TrainingConfig
 _MAX_LIFT = 0.6
 _MAX_TILT_RAD = math.radians(60.0)
 _LEAST_KEPT = 0.1
+_FAR_SHARE, _FAR_REACH = 0.25, 4.0
 _VIEW_CELLS = 20
 _VIEW_THICKNESS = 0.06
 _LOWEST_VIEW_RAD, _HIGHEST_VIEW_RAD = math.radians(15.0), math.radians(70.0)
@@ -133,16 +134,20 @@ def lift_and_tilt(points: Tensor, generator: torch.Generator) -> tuple[Tensor, T
 
 
 def random_poses(points: Tensor, generator: torch.Generator) -> Tensor:
-    """Scenes (B, 2, N, 3) whose objects are turned at random, the relative one anywhere near."""
+    """Scenes (B, 2, N, 3) whose objects are turned at random, the relative one anywhere.
+
+    It is up to the scene's extent away from the base, or, in a quarter of them, four times as far.
+    """
     batch = points.shape[0]
     turns = roma.unitquat_to_rotvec(
         torch.nn.functional.normalize(_normal((batch, 2, 4), points, generator), dim=-1)
     )
     turned = rotate_about_centre(points, turns)
     reach = _extents(points.flatten(1, 2)).amax(dim=-1)
-    offset = (_uniform((batch, 1, 1, 3), points, generator) * 2.0 - 1.0) * reach[
-        :, None, None, None
-    ]
+    is_far = _uniform((batch,), points, generator) < _FAR_SHARE
+    reach = torch.where(is_far, _FAR_REACH * reach, reach)
+    direction = _uniform((batch, 1, 1, 3), points, generator) * 2.0 - 1.0
+    offset = direction * reach[:, None, None, None]
     middle = turned.amin(dim=2, keepdim=True) + turned.amax(dim=2, keepdim=True)
     towards_base = 0.5 * (middle[:, :1] - middle[:, 1:])
     return torch.cat([turned[:, :1], turned[:, 1:] + towards_base + offset], dim=1)

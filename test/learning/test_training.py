@@ -1,4 +1,5 @@
 import dataclasses
+import math
 import os
 import subprocess
 import sys
@@ -16,6 +17,7 @@ from spatial_relations_ros.core import (
     Scene,
     WeightsError,
 )
+from spatial_relations_ros.learning.batch_loss import BatchLoss
 from spatial_relations_ros.learning.trainer import train_encoder
 from spatial_relations_ros.learning.training_config import (
     LOSSES,
@@ -193,3 +195,19 @@ def test_two_processes_train_the_same_weights(tmp_path):
         assert 'running' in name or torch.equal(tensor, second['weights'][name]), name
     assert first['losses'] != second['losses']
     assert (tmp_path / 'run' / 'checkpoint.pt').is_file()
+
+
+@pytest.mark.parametrize(
+    ('loss', 'without', 'with_strays'),
+    [('neighbourhood', math.log(7), math.log(11)), ('all_pairs', 0.5, 0.5)],
+)
+def test_scenes_at_random_poses_are_like_nothing_else(training_set, loss, without, with_strays):
+    """With embeddings of zero each scene's neighbourhood is uniform over all others."""
+    for share, expected in ((0.0, without), (0.5, with_strays)):
+        config = dataclasses.replace(TINY, loss=loss, lifted_clones=0, random_negatives=share)
+        value = BatchLoss(config)(
+            training_set,
+            lambda images: images.new_zeros(len(images), 3),
+            torch.Generator().manual_seed(0),
+        )
+        assert float(value) == pytest.approx(expected, abs=1e-4)
