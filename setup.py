@@ -30,7 +30,11 @@ setup(
     ],
     python_requires='>=3.11',
     install_requires=['setuptools'],
-    extras_require={'test': ['pytest']},
+    extras_require={
+        'test': ['pytest'],
+        # Whether generated scenes stay put in simulation; never in the live path.
+        'physics': ['mujoco>=3.2'],
+    },
     zip_safe=False,
     maintainer='spatial_relations_ros maintainers',
     maintainer_email='maintainers@users.noreply.github.com',
