@@ -38,13 +38,13 @@ def box_mesh(x, y, z):
     return TriangleMesh(vertices.astype(np.float32), np.array(triangles, dtype=np.int32))
 
 
-def cup_mesh(radius=0.05, height=0.1, wall=0.004, sides=48):
+def cup_mesh(radius=0.05, height=0.1, wall=0.004, sides=48, turn=0.0):
     """A cup open to +z, its floor's outer face at z = 0."""
     profile = [
         (0.0, 0.0), (radius, 0.0), (radius, height), (radius - wall, height),
         (radius - wall, wall), (0.0, wall),
     ]  # fmt: skip
-    angles = np.arange(sides) * 2.0 * np.pi / sides
+    angles = (np.arange(sides) + 0.5 * turn * sides) * 2.0 * np.pi / sides
     rings = np.array(
         [[r * np.cos(a), r * np.sin(a), z] for r, z in profile[1:-1] for a in angles]
         + [[0.0, 0.0, profile[0][1]], [0.0, 0.0, profile[-1][1]]]
@@ -60,6 +60,11 @@ def cup_mesh(radius=0.05, height=0.1, wall=0.004, sides=48):
             triangles.append((low + side, high + after, high + side))
         triangles.append((floor, 3 * sides + side, 3 * sides + after))
     return TriangleMesh(rings.astype(np.float32), np.array(triangles, dtype=np.int32))
+
+
+def tray_mesh():
+    """A square tray of 12 x 12 x 6 cm with walls of 1 cm, open to +z."""
+    return cup_mesh(radius=0.06 * math.sqrt(2.0), height=0.06, wall=0.01, sides=4, turn=0.25)
 
 
 def about(axis, degrees):
@@ -128,6 +133,17 @@ CASES = {
         in_cup(PEN, (0.005, 0, 0.082), about('y', 24.0)),
         Relation.INSIDE_INCLINED,
     ),
+    'die on the lying cup': (
+        in_cup(DIE, (0.05, 0.0, 0.115), lying=True),
+        Relation.ON_TOP,
+    ),
+    'die on a lying tray of thick walls': (
+        Scene(
+            item('tray', tray_mesh(), (0, 0, 0.06), about('y', 90.0)),
+            item('die', DIE, (0.02, 0.0, 0.135 - 1e-6)),
+        ),
+        Relation.ON_TOP,
+    ),
     'brick on the cup turned over': (
         Scene(
             item('cup', CUP, (0, 0, 0.1), about('x', 180)),
@@ -181,6 +197,12 @@ def test_the_measures_of_a_brick_over_the_edge():
     assert measures.tilt_rad == pytest.approx(0.0, abs=1e-3)
     assert measures.contact_heights == pytest.approx((0.05, 0.05), abs=4e-3)
     np.testing.assert_allclose(measures.offset, [0.09, 0.0, 0.075], atol=1e-6)
+
+
+@pytest.mark.parametrize('gap', [0.004, 0.02, 0.05, 0.3])
+def test_the_clearance_of_boxes_side_by_side(gap):
+    measures = measure_scene(board_with(BRICK, (0.13 + gap, 0.01, 0.05)), 0.0)
+    assert measures.clearance == pytest.approx(gap, abs=1e-3)
 
 
 def test_the_tilt_is_to_the_nearest_way_to_stand():

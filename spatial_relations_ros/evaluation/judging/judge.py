@@ -45,8 +45,8 @@ class JudgeLimits:
     container_depth: float = 0.19
     enclosed_in_tray: float = 0.75
     opening_up: float = 0.7
-    overhang: float = 0.12
-    off_centre: float = 0.12
+    overhang: float = 0.15
+    off_centre: float = 0.145
     next_to_gap: float = 0.2
     next_to_gap_of_size: float = 1.0
     penetration: float = 0.005

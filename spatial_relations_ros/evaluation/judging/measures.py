@@ -18,6 +18,7 @@ CONTACT_GAP = 0.003
 
 _NUM_ENCLOSED_SAMPLES = 1500
 _NEAR = 0.03
+_CLEAR_OF_WALL = 5e-4
 
 
 @dataclass(frozen=True, eq=False)
@@ -100,7 +101,8 @@ class Measures:
         base_diameter, relative_diameter: of the bounding balls about the mass centres.
         offset: (3,) from the base's centre of mass to that of the relative.
         base_tilt_rad, tilt_rad: angles to the nearest way to stand on level ground.
-        enclosed: share of the relative's surface that is in the base's hollow.
+        enclosed: share of the relative's surface, where it is free of the base, that is in the
+            base's hollow.
         sunk: the same in depth: how much of the hollow's depth, or of the relative's reach along
             the opening where that is less, is below the rim.
         hollow_depth: of the base's hollow as a share of its width; 0 without a hollow.
@@ -195,7 +197,8 @@ def _contacts(base: Body, relative: Body, gap: float) -> tuple[float, FloatArray
         distances = target.solid.signed_distance(local[near])
         smallest = min(smallest, float(distances.min()))
         touching.append(source.points[near[distances < gap]])
-    if not np.isfinite(smallest):
+    if smallest > _NEAR:
+        # The nearest points may lie outside of the boxes.
         local = relative.to_object(base.points)
         smallest = float(relative.solid.signed_distance(local).min())
     return smallest, np.concatenate(touching) if touching else np.zeros((0, 3))
@@ -211,7 +214,9 @@ def _enclosure(base: Body, relative: Body) -> tuple[float, float, float | None]:
     length = float(np.ptp(along))
     # The even samples come first; those along edges would count edges more.
     samples = local[:: max(1, len(local) // _NUM_ENCLOSED_SAMPLES)]
-    enclosed = float(hollow.encloses(base.solid.rays, samples).mean())
+    # What lies on a wall's outer face is a hair's breadth within the wall, and so surrounded.
+    samples = samples[base.solid.signed_distance(samples) > _CLEAR_OF_WALL]
+    enclosed = float(hollow.encloses(base.solid.rays, samples).mean()) if len(samples) else 0.0
     deep = min(hollow.depth, length)
     sunk = float(np.clip((hollow.rim - along.min()) / max(deep, 1e-4), 0.0, 1.0))
     opening_up = float(base.world_from_object.rotation[2] @ hollow.opening)
