@@ -23,8 +23,8 @@ from rich.progress import track
 from spatial_relations_ros import __version__
 from spatial_relations_ros.core import DatasetFormatError, Relation, Scene, atomic_write
 from spatial_relations_ros.datasets.freiburg import RelationDataset, load_dataset
+from spatial_relations_ros.evaluation.intervals import wilson_interval
 from spatial_relations_ros.evaluation.judging import Judgement, judge_scene
-from spatial_relations_ros.evaluation.random_pairs import wilson_interval
 from spatial_relations_ros.visualization import contact_sheet, render_scene, write_image
 
 _MAX_PICTURES = 40

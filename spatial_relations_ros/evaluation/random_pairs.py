@@ -4,10 +4,10 @@
 
 For each relation demonstrations are generated, and two other objects for which the relation is
 possible (the generator found a placement, which is thrown away) stand apart on the table. The
-base stays as it lay in that placement. What comes out is judged by the checks of the generator, on
-the full meshes and apart from the metric: is the pair in the relation, without penetration, and
-at rest with friction on a table tilted by a few degrees? The judge does not tell ``on top`` from
-``on top, at the edge`` by the offset.
+base stays as it lay in that placement. What comes out is judged on the full meshes and apart from
+the metric: does the pair show the demonstrated relation, and its continuous part within wide
+tolerances (:mod:`spatial_relations_ros.evaluation.judging`); and is it without penetration and at
+rest with friction on a table tilted by a few degrees?
 """
 
 from __future__ import annotations
@@ -29,14 +29,17 @@ from spatial_relations_ros.datasets.generator import (
     Placed,
     SceneSampler,
     generate_objects,
-    measure,
 )
-from spatial_relations_ros.imitation import ImitationOptions, ImitationResult, imitate
+from spatial_relations_ros.datasets.generator.contact import MAX_PENETRATION, clearance
+from spatial_relations_ros.datasets.generator.stability import is_stable, resting_contacts
+from spatial_relations_ros.evaluation.intervals import wilson_interval
+from spatial_relations_ros.evaluation.judging import compare_relations, judge_scene
+from spatial_relations_ros.imitation import ImitationAnswer, ImitationOptions, imitate
 from spatial_relations_ros.learning import RelationMetric, load_metric
 
 _NUM_POINTS = 8192
 _FAR = 0.25
-_WILSON_Z = 1.959964
+_BELOW_TABLE = 5e-4
 
 
 @dataclass(frozen=True)
@@ -48,7 +51,9 @@ class Case:
         reference_ids, test_ids: base and relative.
         initial_distance, distance: under the metric, before and after.
         claimed: whether the imitation called itself a success.
-        reason: why the judge refuses the result; empty when it is the relation, at rest.
+        same_class: whether the result shows the demonstrated relation.
+        differences: what of the relation differs, in words.
+        reason: why the result would not rest where it is; empty when it does.
         duration_sec: of the request.
     """
 
@@ -58,8 +63,15 @@ class Case:
     initial_distance: float
     distance: float
     claimed: bool
+    same_class: bool
+    differences: tuple[str, ...]
     reason: str
     duration_sec: float
+
+    @property
+    def is_right(self) -> bool:
+        """Whether the relation is imitated, at rest."""
+        return self.same_class and not self.differences and not self.reason
 
 
 def run_cases(
@@ -77,25 +89,34 @@ def run_cases(
         reference = _scene(shown.base, shown.relative)
         test = _scene(possible.base, _apart(possible.base, possible.relative, rng))
         result = imitate(metric, reference, test, ImitationOptions(table_height=0.0))
-        reason = judge(relation, possible.base.body, possible.relative.body, result)
         best = result.answers[0]
+        agreement = compare_relations(
+            judge_scene(reference, 0.0), judge_scene(best.scene(test), 0.0)
+        )
+        reason = rest_reason(possible.base.body, possible.relative.body, best)
         cases.append(
             Case(
                 relation.name, reference.object_ids, test.object_ids, result.initial_distance,
-                best.distance, result.success, reason, result.duration_sec,
+                best.distance, result.success, agreement.same_class, agreement.differences, reason,
+                result.duration_sec,
             )
         )  # fmt: skip
     return cases
 
 
-def judge(relation: Relation, base: Body, relative: Body, result: ImitationResult) -> str:
-    """Why the best answer is not the relation at rest; empty when it is."""
-    placed = [
+def rest_reason(base: Body, relative: Body, answer: ImitationAnswer) -> str:
+    """Why an answer's pair overlaps or does not stay on the table z = 0; empty when it rests."""
+    first, second = (
         Placed(body, placement.target.rotation, np.array(placement.target.translation))
-        for body, placement in zip((base, relative), result.answers[0].placements, strict=True)
-    ]
-    measured = measure(relation, placed[0], placed[1])
-    return measured if isinstance(measured, str) else ''
+        for body, placement in zip((base, relative), answer.placements, strict=True)
+    )
+    if min(first.world_vertices[:, 2].min(), second.world_vertices[:, 2].min()) < -_BELOW_TABLE:
+        return 'below the table'
+    if clearance(first, second) < -MAX_PENETRATION:
+        return 'penetration'
+    if not is_stable(first, second, resting_contacts(first, second)):
+        return 'not stable'
+    return ''
 
 
 def _scene(base: Placed, relative: Placed) -> Scene:
@@ -122,16 +143,6 @@ def _apart(base: Placed, relative: Placed, rng: np.random.Generator) -> Placed:
     return upright.on_table()
 
 
-def wilson_interval(hits: int, total: int) -> tuple[float, float]:
-    """95 % confidence interval of a share, after Wilson 1927."""
-    share, z2 = hits / total, _WILSON_Z**2
-    middle = (share + z2 / (2 * total)) / (1 + z2 / total)
-    spread = (
-        _WILSON_Z / (1 + z2 / total) * np.sqrt(share * (1 - share) / total + z2 / (4 * total**2))
-    )
-    return max(float(middle - spread), 0.0), min(float(middle + spread), 1.0)
-
-
 def summarize(cases: Sequence[Case]) -> dict[str, Any]:
     """Counts by relation and in all, with intervals, and times."""
     summary: dict[str, Any] = {}
@@ -139,13 +150,15 @@ def summarize(cases: Sequence[Case]) -> dict[str, Any]:
         chosen = [case for case in cases if name in ('all', case.relation)]
         if not chosen:
             continue
-        hits = sum(not case.reason for case in chosen)
+        hits = sum(case.is_right for case in chosen)
         summary[name] = {
             'cases': len(chosen),
+            'same_class': sum(case.same_class for case in chosen),
+            'imitated': sum(case.same_class and not case.differences for case in chosen),
             'imitated_and_at_rest': hits,
             'wilson_95': [round(value, 3) for value in wilson_interval(hits, len(chosen))],
             'claimed': sum(case.claimed for case in chosen),
-            'claimed_and_right': sum(case.claimed and not case.reason for case in chosen),
+            'claimed_and_right': sum(case.claimed and case.is_right for case in chosen),
         }
     times = [case.duration_sec for case in cases]
     summary['seconds_median'] = round(float(np.median(times)), 2)
@@ -173,8 +186,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     for name, numbers in summary.items():
         print(f'{name}: {numbers}')
     for case in cases:
-        if case.reason:
-            print(f'refused: {case.relation} {case.test_ids} {case.reason}')
+        if not case.is_right:
+            why = '; '.join(filter(None, (*case.differences, case.reason)))
+            print(f'wrong: {case.relation} {case.test_ids} {why}')
     if options.json is not None:
         report = {
             'seed': options.seed,

@@ -16,7 +16,7 @@ from spatial_relations_ros.datasets.freiburg import RelationDataset, RelationSce
 from spatial_relations_ros.datasets.generator import Body, Placed
 from spatial_relations_ros.datasets.generator.physics import Motion, settle
 from spatial_relations_ros.datasets.objects import ObjectModel
-from spatial_relations_ros.evaluation.random_pairs import wilson_interval
+from spatial_relations_ros.evaluation.intervals import wilson_interval
 
 _DENSITY = 1000.0
 
