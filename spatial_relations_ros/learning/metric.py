@@ -59,7 +59,8 @@ class RelationMetric:
         self, encoder: Encoder, card: ModelCard, calibration: Calibration | None = None
     ) -> None:
         self.encoder = encoder.eval().requires_grad_(False)
-        self.encoder.to(memory_format=torch.channels_last)  # type: ignore[call-overload]
+        self._network = encoder.for_inference()
+        self._network.to(memory_format=torch.channels_last)  # type: ignore[call-overload]
         self.card = card
         self.calibration = calibration
         self.num_points = card.num_points
@@ -87,7 +88,7 @@ class RelationMetric:
         if headings > 1:
             turns = _about_z(torch.arange(headings) * (math.pi / headings)).to(points.device)
             points = (points[None] @ turns[:, None, None]).flatten(0, 1)
-        embeddings: Tensor = self.encoder(project(points, self.encoder.projection))
+        embeddings: Tensor = self._network(project(points, self.encoder.projection))
         return embeddings.view(headings, batch, -1).mean(dim=0)
 
     def scene_points(self, scene: Scene) -> NDArray[np.float32]:

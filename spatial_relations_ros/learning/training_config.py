@@ -91,17 +91,21 @@ def _one_of(name: str, value: str, known: tuple[str, ...]) -> None:
         raise ConfigError(f'{name} is {value!r}; expected one of {", ".join(known)}')
 
 
+_DEFAULT = TrainingConfig(
+    steps=5000, loss='neighbourhood', point_noise=0.003, sparse_share=0.15, partial_share=0.12,
+    graded_weight=0.3, headings=4,
+)  # fmt: skip
 _PAPER = TrainingConfig(
     encoder='jund2018', steps=14000, scenes_per_class=15, num_points=4096, loss='triplet',
     optimizer='sgdr', learning_rate=1e-3, weight_decay=5e-4, swap_channels=True, lifted_clones=0,
 )  # fmt: skip
 
 CONFIGS: dict[str, TrainingConfig] = {
-    'default': TrainingConfig(),
-    # The paper's network with our loss, for comparisons within a day of CPU time.
-    'jund2018': TrainingConfig(
-        encoder='jund2018', steps=400, scenes_per_class=5, num_points=2048, learning_rate=7e-4,
-        lifted_clones=5,
+    'default': _DEFAULT,
+    # The paper's network with our loss and views.
+    'jund2018': dataclasses.replace(
+        _DEFAULT, encoder='jund2018', steps=400, scenes_per_class=5, num_points=2048,
+        learning_rate=7e-4, lifted_clones=5,
     ),
     'paper': _PAPER,
     'released': dataclasses.replace(

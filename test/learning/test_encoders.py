@@ -33,8 +33,9 @@ def test_jund2018_is_the_network_of_the_paper():
         (128, 128, 4, 4),
         (128, 128, 2, 2),
     ]
-    assert encoder.fuse.weight.shape == (64, 3 * 4 * 4 * 128)
-    assert encoder.dropout.p == 0.5
+    dropout, fuse = encoder.fuse
+    assert fuse.weight.shape == (64, 3 * 4 * 4 * 128)
+    assert dropout.p == 0.5
     assert sum(p.numel() for p in encoder.parameters()) == 1_107_338
     features = encoder.features(torch.zeros(1, 2, 100, 100))
     assert features.shape == (1, 128, 4, 4)  # 100, 50, 25, 13, 7, 4: SAME pooling rounds up
@@ -53,3 +54,18 @@ def test_planes_share_the_convolutions_but_not_the_fusion():
 def test_an_unknown_encoder_names_the_known_ones():
     with pytest.raises(ConfigError, match='compact, jund2018'):
         make_encoder('resnet')
+
+
+@pytest.mark.parametrize('name', sorted(ENCODERS))
+def test_the_copy_for_inference_computes_the_same(name):
+    encoder = make_encoder(name)
+    size = encoder.projection.image_size
+    batch = torch.rand(6, 3, 2, size, size) * 200.0
+    encoder.train()
+    encoder(batch)  # running statistics that are not the initial ones
+    fast = encoder.for_inference()
+    encoder.eval()
+    torch.testing.assert_close(fast(batch), encoder(batch), atol=1e-4, rtol=1e-4)
+    assert not fast.training
+    assert not any(parameter.requires_grad for parameter in fast.parameters())
+    assert all(parameter.requires_grad for parameter in encoder.parameters())
