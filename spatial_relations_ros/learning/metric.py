@@ -117,7 +117,7 @@ class RelationMetric:
         return torch.cat(chunks).numpy()
 
     def distance(self, first: Scene, second: Scene) -> float:
-        """How unalike two relations are; 0 is equal, dissimilar ones were trained to exceed 1."""
+        """How unalike two relations are; 0 is equal. The calibration says what more means."""
         return self.compare(first, second).distance
 
     def compare(self, first: Scene, second: Scene) -> Comparison:
