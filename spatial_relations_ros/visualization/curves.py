@@ -36,21 +36,14 @@ def draw_distance_curve(
         (height, width, 3) uint8 RGB.
     """
     distances = np.asarray(history, dtype=np.float64).reshape(-1)
-    figure = Figure(figsize=(width / DPI, height / DPI), dpi=DPI, layout='constrained')
-    canvas = FigureCanvasAgg(figure)
-    axes = figure.add_subplot()
-    axes.set_title(title, loc='left', fontsize=11, color=INK, fontweight='bold', pad=10)
-    axes.set_xlabel('step', color=FADED_INK)
-    axes.set_ylabel('distance', color=FADED_INK)
-    _plain(axes)
+    canvas, axes = _axes_over_steps('distance', title=title, size=(width, height))
     if np.isfinite(distances).any():
         _curve(axes, distances)
     else:
         axes.text(
             0.5, 0.5, 'no steps were made', transform=axes.transAxes, ha='center', color=FADED_INK
         )
-    canvas.draw()
-    return np.ascontiguousarray(np.asarray(canvas.buffer_rgba())[..., :3])
+    return _image(canvas)
 
 
 def draw_loss_curve(
@@ -72,13 +65,7 @@ def draw_loss_curve(
         (height, width, 3) uint8 RGB.
     """
     values = np.asarray(losses, dtype=np.float64).reshape(-1)
-    figure = Figure(figsize=(width / DPI, height / DPI), dpi=DPI, layout='constrained')
-    canvas = FigureCanvasAgg(figure)
-    axes = figure.add_subplot()
-    axes.set_title(title, loc='left', fontsize=11, color=INK, fontweight='bold', pad=10)
-    axes.set_xlabel('step', color=FADED_INK)
-    axes.set_ylabel('loss', color=FADED_INK)
-    _plain(axes)
+    canvas, axes = _axes_over_steps('loss', title=title, size=(width, height))
     steps = np.arange(1, len(values) + 1)
     axes.plot(steps, values, color=BASE_COLOUR, linewidth=0.8, alpha=0.35)
     window = max(1, len(values) // 50)
@@ -88,6 +75,24 @@ def draw_loss_curve(
     if np.isfinite(values).any():
         axes.set_ylim(0.0, 1.1 * float(np.nanpercentile(values, 99.5)) or 1.0)
     axes.xaxis.set_major_locator(MaxNLocator(integer=True))
+    return _image(canvas)
+
+
+def _axes_over_steps(
+    quantity: str, *, title: str, size: tuple[int, int]
+) -> tuple[FigureCanvasAgg, Axes]:
+    """An empty diagram of a quantity over steps; size is width and height in pixels."""
+    figure = Figure(figsize=(size[0] / DPI, size[1] / DPI), dpi=DPI, layout='constrained')
+    canvas = FigureCanvasAgg(figure)
+    axes = figure.add_subplot()
+    axes.set_title(title, loc='left', fontsize=11, color=INK, fontweight='bold', pad=10)
+    axes.set_xlabel('step', color=FADED_INK)
+    axes.set_ylabel(quantity, color=FADED_INK)
+    _plain(axes)
+    return canvas, axes
+
+
+def _image(canvas: FigureCanvasAgg) -> Image:
     canvas.draw()
     return np.ascontiguousarray(np.asarray(canvas.buffer_rgba())[..., :3])
 

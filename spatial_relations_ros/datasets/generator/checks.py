@@ -109,24 +109,25 @@ def _in_hollow(base: Placed, bottom: float, top: float) -> bool:
 
 
 def _inside_reason(base: Placed, relative: Placed) -> str:
+    return '' if _is_deep(base, relative, share=0.6) else 'not deep enough'
+
+
+def _inside_inclined_reason(base: Placed, relative: Placed) -> str:
+    if not _is_deep(base, relative, share=0.4):
+        return 'not deep enough'
+    return 'hardly leans' if lean_angle_rad(relative) < LEAST_LEAN_RAD else ''
+
+
+def _is_deep(base: Placed, relative: Placed, *, share: float) -> bool:
+    """Whether that share of what could be below the rim of an upright container is below it."""
     opening = base.body.model.opening
     assert opening is not None
     bottom, top = _vertical_range(relative)
     below_rim = float(base.translation[2] + opening.rim_z) - bottom
     # A tall carton on the floor of a frying pan is not inside of it.
-    if below_rim < 0.6 * min(opening.depth, top - bottom) or below_rim < 0.25 * (top - bottom):
-        return 'not deep enough'
-    return ''
-
-
-def _inside_inclined_reason(base: Placed, relative: Placed) -> str:
-    opening = base.body.model.opening
-    assert opening is not None
-    bottom, top = _vertical_range(relative)
-    below_rim = float(base.translation[2] + opening.rim_z) - bottom
-    if below_rim < 0.4 * min(opening.depth, top - bottom) or below_rim < 0.25 * (top - bottom):
-        return 'not deep enough'
-    return 'hardly leans' if lean_angle_rad(relative) < LEAST_LEAN_RAD else ''
+    return below_rim >= share * min(opening.depth, top - bottom) and below_rim >= 0.25 * (
+        top - bottom
+    )
 
 
 def _vertical_range(placed: Placed) -> tuple[float, float]:
