@@ -15,10 +15,11 @@ ALLOWED = {
     'core': set(),
     'projection': {'core'},
     'learning': {'core', 'projection', 'datasets'},
-    'datasets': {'core', 'perception'},
+    'placement': {'core'},
+    'datasets': {'core', 'perception', 'placement'},
     'perception': {'core'},
     'memory': {'core'},
-    'imitation': {'core', 'projection', 'learning', 'datasets'},
+    'imitation': {'core', 'projection', 'learning', 'placement'},
     'pipeline': {'core', 'perception', 'datasets'},
     'visualization': {'core'},
 }

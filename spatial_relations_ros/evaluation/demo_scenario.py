@@ -9,12 +9,13 @@ import numpy as np
 
 from spatial_relations_ros.core import Pose, Relation, SpatialRelationsError
 from spatial_relations_ros.core.rotations import matrix_from_rotvec
-from spatial_relations_ros.datasets.generator.body import Body, Placed
-from spatial_relations_ros.datasets.generator.contact import clearance
-from spatial_relations_ros.datasets.generator.resting import above, dropped
-from spatial_relations_ros.datasets.generator.stability import is_stable, resting_contacts
 from spatial_relations_ros.datasets.kinect_simulator import Surface, look_at, table_mesh
-from spatial_relations_ros.datasets.objects import ObjectModel, sample_object
+from spatial_relations_ros.datasets.objects import sample_object
+from spatial_relations_ros.placement.body import Body, Placed
+from spatial_relations_ros.placement.contact import clearance
+from spatial_relations_ros.placement.model import ObjectModel
+from spatial_relations_ros.placement.resting import above, dropped
+from spatial_relations_ros.placement.stability import is_stable, resting_contacts
 
 TABLE_HEIGHT = 0.72
 TABLE_SIZE = (0.80, 1.20)

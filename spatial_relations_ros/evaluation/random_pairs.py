@@ -24,18 +24,14 @@ import numpy as np
 from rich.progress import track
 
 from spatial_relations_ros.core import Pose, Relation, Scene, SceneObject, atomic_write
-from spatial_relations_ros.datasets.generator import (
-    Body,
-    Placed,
-    SceneSampler,
-    generate_objects,
-)
-from spatial_relations_ros.datasets.generator.contact import MAX_PENETRATION, clearance
-from spatial_relations_ros.datasets.generator.stability import is_stable, resting_contacts
+from spatial_relations_ros.datasets.generator import SceneSampler, generate_objects
 from spatial_relations_ros.evaluation.intervals import wilson_interval
 from spatial_relations_ros.evaluation.judging import compare_relations, judge_scene
 from spatial_relations_ros.imitation import ImitationAnswer, ImitationOptions, imitate
 from spatial_relations_ros.learning import RelationMetric, load_metric
+from spatial_relations_ros.placement.body import Body, Placed
+from spatial_relations_ros.placement.contact import MAX_PENETRATION, clearance
+from spatial_relations_ros.placement.stability import is_stable, resting_contacts
 
 _NUM_POINTS = 8192
 _FAR = 0.25

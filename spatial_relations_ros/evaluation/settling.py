@@ -13,10 +13,10 @@ import numpy as np
 
 from spatial_relations_ros.core import DatasetFormatError, Relation, atomic_write
 from spatial_relations_ros.datasets.freiburg import RelationDataset, RelationScene, load_dataset
-from spatial_relations_ros.datasets.generator import Body, Placed
-from spatial_relations_ros.datasets.generator.physics import Motion, settle
-from spatial_relations_ros.datasets.objects import ObjectModel
 from spatial_relations_ros.evaluation.intervals import wilson_interval
+from spatial_relations_ros.placement.body import Body, Placed
+from spatial_relations_ros.placement.model import ObjectModel
+from spatial_relations_ros.placement.physics import Motion, settle
 
 _DENSITY = 1000.0
 

@@ -7,17 +7,17 @@ import weakref
 import numpy as np
 
 from spatial_relations_ros.core import TriangleMesh
-from spatial_relations_ros.datasets.generator import Body as SolidBody
-from spatial_relations_ros.datasets.generator import Placed
-from spatial_relations_ros.datasets.generator.contact import find_contacts, table_contacts
-from spatial_relations_ros.datasets.generator.stability import (
+from spatial_relations_ros.imitation.contact import Body
+from spatial_relations_ros.imitation.shape import Shape
+from spatial_relations_ros.placement.body import Body as SolidBody
+from spatial_relations_ros.placement.body import Placed
+from spatial_relations_ros.placement.contact import find_contacts, table_contacts
+from spatial_relations_ros.placement.model import ObjectModel
+from spatial_relations_ros.placement.stability import (
     RestingContacts,
     holds_still,
     is_stable,
 )
-from spatial_relations_ros.datasets.objects import ObjectModel
-from spatial_relations_ros.imitation.contact import Body
-from spatial_relations_ros.imitation.shape import Shape
 
 CONTACT_GAP = 0.0015
 MAX_TRIANGLES = 20_000

@@ -9,7 +9,6 @@ from scipy.spatial import ConvexHull
 
 from spatial_relations_ros.core import Relation, SpatialRelationsError
 from spatial_relations_ros.datasets.generator import (
-    Body,
     Measured,
     SceneSampler,
     generate_objects,
@@ -17,6 +16,7 @@ from spatial_relations_ros.datasets.generator import (
 )
 from spatial_relations_ros.datasets.generator.checks import LEAST_LEAN_RAD
 from spatial_relations_ros.datasets.objects import sample_object
+from spatial_relations_ros.placement.body import Body
 
 SCENES_PER_RELATION = 4
 

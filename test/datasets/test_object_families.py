@@ -10,10 +10,10 @@ from spatial_relations_ros.core import ConfigError
 from spatial_relations_ros.datasets.objects import (
     CONTAINER_FAMILIES,
     OBJECT_FAMILIES,
-    ObjectModel,
-    RestKind,
     sample_object,
 )
+from spatial_relations_ros.placement.model import ObjectModel
+from spatial_relations_ros.placement.rest_poses import RestKind
 
 
 @pytest.fixture(scope='module', params=OBJECT_FAMILIES)

@@ -5,11 +5,12 @@ import numpy as np
 import pytest
 
 from spatial_relations_ros.core import Pose, Relation
-from spatial_relations_ros.datasets.generator import Body, SceneSampler, generate_objects
+from spatial_relations_ros.datasets.generator import SceneSampler, generate_objects
 from spatial_relations_ros.evaluation.intervals import wilson_interval
 from spatial_relations_ros.evaluation.random_pairs import rest_reason, run_cases, summarize
 from spatial_relations_ros.imitation import ImitationAnswer, ObjectPlacement
 from spatial_relations_ros.learning import load_metric
+from spatial_relations_ros.placement.body import Body
 
 
 def answer_at(base, relative):

@@ -9,7 +9,7 @@ import pytest
 
 from spatial_relations_ros.core import DatasetFormatError, Pose, Relation
 from spatial_relations_ros.datasets.freiburg import RelationDataset, RelationScene
-from spatial_relations_ros.datasets.objects.model import model_of_solid
+from spatial_relations_ros.datasets.objects.model_of_solid import model_of_solid
 from spatial_relations_ros.datasets.objects.solids import box
 from spatial_relations_ros.evaluation.settling import settle_scenes, summarize
 

@@ -1,6 +1,5 @@
 """Physically plausible scenes of the seven relations."""
 
-from spatial_relations_ros.datasets.generator.body import Body, Placed
 from spatial_relations_ros.datasets.generator.checks import Measured, measure
 from spatial_relations_ros.datasets.generator.drawing import generate_objects
 from spatial_relations_ros.datasets.generator.scenes import (
@@ -11,10 +10,8 @@ from spatial_relations_ros.datasets.generator.scenes import (
 from spatial_relations_ros.datasets.generator.writing import generate_dataset
 
 __all__ = [
-    'Body',
     'GeneratedScene',
     'Measured',
-    'Placed',
     'SceneSampler',
     'generate_dataset',
     'generate_objects',

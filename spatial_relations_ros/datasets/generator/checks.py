@@ -8,11 +8,11 @@ import numpy as np
 
 from spatial_relations_ros.core import Relation
 from spatial_relations_ros.core.rotations import tilt_angle_rad
-from spatial_relations_ros.datasets.generator.body import FloatArray, Placed
-from spatial_relations_ros.datasets.generator.contact import MAX_PENETRATION, clearance
-from spatial_relations_ros.datasets.generator.footing import Footing
-from spatial_relations_ros.datasets.generator.leaning import lean_angle_rad
-from spatial_relations_ros.datasets.generator.stability import (
+from spatial_relations_ros.placement.body import FloatArray, Placed
+from spatial_relations_ros.placement.contact import MAX_PENETRATION, clearance
+from spatial_relations_ros.placement.footing import Footing
+from spatial_relations_ros.placement.leaning import lean_angle_rad
+from spatial_relations_ros.placement.stability import (
     RestingContacts,
     is_stable,
     resting_contacts,

@@ -12,17 +12,18 @@ import numpy as np
 
 from spatial_relations_ros.core import Relation
 from spatial_relations_ros.datasets.freiburg import RelationScene
-from spatial_relations_ros.datasets.generator.body import Body
+from spatial_relations_ros.datasets.generator.checks import Measured
 from spatial_relations_ros.datasets.generator.ground_truth import ground_truth
-from spatial_relations_ros.datasets.generator.physics import settling_reason
 from spatial_relations_ros.datasets.generator.scenes import GeneratedScene, SceneSampler
 from spatial_relations_ros.datasets.generator.splits import group_of, num_groups
 from spatial_relations_ros.datasets.objects import (
     CONTAINER_FAMILIES,
     OBJECT_FAMILIES,
-    ObjectModel,
     sample_object,
 )
+from spatial_relations_ros.placement.body import Body
+from spatial_relations_ros.placement.model import ObjectModel
+from spatial_relations_ros.placement.physics import settle
 
 _SCENES_STREAM, _OBJECTS_STREAM = 0, 1
 _FAMILIES_STREAM = 4
@@ -68,7 +69,7 @@ class SceneDrawer:
         for idx, model in enumerate(models):
             group = group_of(idx, num_families=len(OBJECT_FAMILIES), groups=groups)
             bodies[group].append(Body.of(model))
-        check = settling_reason if physics else None
+        check = _settling_reason if physics else None
         self._samplers = [SceneSampler(group, check=check) for group in bodies]
         self._seed = seed
 
@@ -111,6 +112,12 @@ def draw_scenes(
         initargs=(len(models), seed, physics),
     ) as pool:
         yield from pool.map(_draw_in_worker, range(num_scenes), chunksize=_CHUNK)
+
+
+def _settling_reason(measured: Measured) -> str:
+    """Why a scene is refused: what moves when it is let go; empty when all stays."""
+    motions = settle((measured.base, measured.relative))
+    return '' if all(motion.stayed for motion in motions) else 'moves in simulation'
 
 
 _worker_drawer: SceneDrawer | None = None

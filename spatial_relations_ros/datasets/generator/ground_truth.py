@@ -6,10 +6,10 @@ import numpy as np
 
 from spatial_relations_ros.core import Pose
 from spatial_relations_ros.core.rotations import tilt_angle_rad
-from spatial_relations_ros.datasets.generator.body import FloatArray, Placed
-from spatial_relations_ros.datasets.generator.footing import Footing, scene_extent
-from spatial_relations_ros.datasets.generator.leaning import lean_angle_rad
 from spatial_relations_ros.datasets.generator.scenes import GeneratedScene
+from spatial_relations_ros.placement.body import FloatArray, Placed
+from spatial_relations_ros.placement.footing import Footing, scene_extent
+from spatial_relations_ros.placement.leaning import lean_angle_rad
 
 
 def ground_truth(name: str, scene: GeneratedScene) -> dict[str, object]:

@@ -9,36 +9,46 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from spatial_relations_ros.core import Relation, SpatialRelationsError
-from spatial_relations_ros.datasets.generator.body import Body
 from spatial_relations_ros.datasets.generator.checks import Measured, measure
-from spatial_relations_ros.datasets.generator.placements_inside import (
+from spatial_relations_ros.placement.body import Body
+from spatial_relations_ros.placement.inside import (
     place_inside,
     place_inside_lying,
 )
-from spatial_relations_ros.datasets.generator.placements_lean import (
+from spatial_relations_ros.placement.leaning_on import (
     place_inclined,
     place_inside_inclined,
 )
-from spatial_relations_ros.datasets.generator.placements_on import (
-    Pair,
+from spatial_relations_ros.placement.on import (
     place_next_to,
     place_on_edge,
     place_on_top,
 )
-from spatial_relations_ros.datasets.generator.resting import about_z
+from spatial_relations_ros.placement.resting import (
+    BASE_WAYS,
+    LEANING_WAYS,
+    RELATIVE_WAYS,
+    SIDE_ONLY,
+    UPRIGHT_ONLY,
+    PlacingRule,
+    Ways,
+    about_z,
+    rest_on_table,
+)
 
 MAX_ATTEMPTS = 3000
 _FLAT_WEIGHT = 2
 _FLAT_LEAST_HALF_WIDTH = 0.045
 
-_PLACEMENTS: dict[Relation, Callable[[Body, Body, np.random.Generator], Pair | str]] = {
-    Relation.ON_TOP: place_on_top,
-    Relation.INSIDE: place_inside,
-    Relation.NEXT_TO: place_next_to,
-    Relation.INCLINED: place_inclined,
-    Relation.ON_TOP_EDGE: place_on_edge,
-    Relation.INSIDE_LYING: place_inside_lying,
-    Relation.INSIDE_INCLINED: place_inside_inclined,
+# How the base rests, how the relative does before it is placed, and how it is placed.
+_PLACEMENTS: dict[Relation, tuple[Ways, Ways, PlacingRule]] = {
+    Relation.ON_TOP: (BASE_WAYS, RELATIVE_WAYS, place_on_top),
+    Relation.INSIDE: (UPRIGHT_ONLY, RELATIVE_WAYS, place_inside),
+    Relation.NEXT_TO: (BASE_WAYS, RELATIVE_WAYS, place_next_to),
+    Relation.INCLINED: (BASE_WAYS, LEANING_WAYS, place_inclined),
+    Relation.ON_TOP_EDGE: (BASE_WAYS, RELATIVE_WAYS, place_on_edge),
+    Relation.INSIDE_LYING: (SIDE_ONLY, RELATIVE_WAYS, place_inside_lying),
+    Relation.INSIDE_INCLINED: (UPRIGHT_ONLY, LEANING_WAYS, place_inside_inclined),
 }
 _IN_CONTAINER = (Relation.INSIDE, Relation.INSIDE_LYING, Relation.INSIDE_INCLINED)
 
@@ -113,12 +123,17 @@ def _attempt(
     relation: Relation, base: Body, relative: Body, rng: np.random.Generator
 ) -> Measured | str:
     """Places a pair; the measured scene, or why it is refused."""
-    result = _PLACEMENTS[relation](base, relative, rng)
-    if isinstance(result, str):
-        return result
+    base_ways, relative_ways, rule = _PLACEMENTS[relation]
+    fixed = rest_on_table(base, base_ways, rng)
+    standing = rest_on_table(relative, relative_ways, rng)
+    if fixed is None or standing is None:
+        return 'no rest pose'
+    placed = rule(fixed, standing, rng)
+    if isinstance(placed, str):
+        return placed
     turn = about_z(rng.uniform(0.0, 2.0 * np.pi))
-    shift = -turn @ result[0].translation * [1.0, 1.0, 0.0]
-    base_placed, relative_placed = (body.turned(turn).moved(shift) for body in result)
+    shift = -turn @ fixed.translation * [1.0, 1.0, 0.0]
+    base_placed, relative_placed = (body.turned(turn).moved(shift) for body in (fixed, placed))
     return measure(relation, base_placed, relative_placed)
 
 

@@ -24,7 +24,7 @@ from spatial_relations_ros.datasets.generator.splits import (
     object_splits,
     scene_splits,
 )
-from spatial_relations_ros.datasets.objects import ObjectModel
+from spatial_relations_ros.placement.model import ObjectModel
 
 NUM_SPLITS = 15
 MIN_SCENES = 4 * len(Relation)

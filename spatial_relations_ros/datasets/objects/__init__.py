@@ -8,19 +8,11 @@ import numpy as np
 
 from spatial_relations_ros.core import ConfigError
 from spatial_relations_ros.datasets.objects.families import CONTAINERS, OTHERS
-from spatial_relations_ros.datasets.objects.mass import MassProperties, mass_properties
-from spatial_relations_ros.datasets.objects.model import ObjectModel, Opening
-from spatial_relations_ros.datasets.objects.rest_poses import RestKind, RestPose
+from spatial_relations_ros.placement.model import ObjectModel
 
 __all__ = [
     'CONTAINER_FAMILIES',
-    'MassProperties',
     'OBJECT_FAMILIES',
-    'ObjectModel',
-    'Opening',
-    'RestKind',
-    'RestPose',
-    'mass_properties',
     'sample_object',
 ]
 

@@ -6,8 +6,9 @@ import numpy as np
 from manifold3d import Manifold, OpType
 
 from spatial_relations_ros.datasets.objects.materials import CERAMIC, RUBBER
-from spatial_relations_ros.datasets.objects.model import ObjectModel, model_of_solid
+from spatial_relations_ros.datasets.objects.model_of_solid import model_of_solid
 from spatial_relations_ros.datasets.objects.solids import ball, flat_below, rod_through
+from spatial_relations_ros.placement.model import ObjectModel
 
 
 def make_quadruped(rng: np.random.Generator) -> ObjectModel:

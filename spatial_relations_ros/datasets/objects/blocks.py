@@ -6,7 +6,7 @@ import numpy as np
 from manifold3d import Manifold
 
 from spatial_relations_ros.datasets.objects.materials import PLASTIC, WOOD
-from spatial_relations_ros.datasets.objects.model import ObjectModel, model_of_solid
+from spatial_relations_ros.datasets.objects.model_of_solid import model_of_solid
 from spatial_relations_ros.datasets.objects.solids import (
     box,
     prism,
@@ -14,6 +14,7 @@ from spatial_relations_ros.datasets.objects.solids import (
     rounded_box,
     solid_of_wall,
 )
+from spatial_relations_ros.placement.model import ObjectModel
 
 
 def make_cube(rng: np.random.Generator) -> ObjectModel:

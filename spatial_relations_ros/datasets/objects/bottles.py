@@ -6,7 +6,7 @@ import numpy as np
 from manifold3d import Manifold
 
 from spatial_relations_ros.datasets.objects.materials import CERAMIC, GLASS, METAL
-from spatial_relations_ros.datasets.objects.model import ObjectModel, model_of_solid
+from spatial_relations_ros.datasets.objects.model_of_solid import model_of_solid
 from spatial_relations_ros.datasets.objects.solids import (
     ball,
     box,
@@ -18,6 +18,7 @@ from spatial_relations_ros.datasets.objects.solids import (
     tapered_box,
 )
 from spatial_relations_ros.datasets.objects.vessels import curved_wall
+from spatial_relations_ros.placement.model import ObjectModel
 
 BOTTLED = 950.0
 

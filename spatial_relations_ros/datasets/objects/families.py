@@ -17,7 +17,7 @@ from spatial_relations_ros.datasets.objects import (
     tools,
     vessels,
 )
-from spatial_relations_ros.datasets.objects.model import ObjectModel
+from spatial_relations_ros.placement.model import ObjectModel
 
 Maker = Callable[[np.random.Generator], ObjectModel]
 

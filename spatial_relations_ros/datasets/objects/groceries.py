@@ -6,7 +6,7 @@ import numpy as np
 from manifold3d import Manifold
 
 from spatial_relations_ros.datasets.objects.materials import CERAMIC, FILLED, GLASS, PLASTIC
-from spatial_relations_ros.datasets.objects.model import ObjectModel, model_of_solid
+from spatial_relations_ros.datasets.objects.model_of_solid import model_of_solid
 from spatial_relations_ros.datasets.objects.solids import (
     ball,
     box,
@@ -15,6 +15,7 @@ from spatial_relations_ros.datasets.objects.solids import (
     solid_of_wall,
 )
 from spatial_relations_ros.datasets.objects.vessels import curved_wall
+from spatial_relations_ros.placement.model import ObjectModel
 
 
 def _block(

@@ -6,8 +6,9 @@ import numpy as np
 from manifold3d import Manifold
 
 from spatial_relations_ros.datasets.objects.materials import CARDBOARD, CERAMIC, PLASTIC, WOOD
-from spatial_relations_ros.datasets.objects.model import ObjectModel, Opening, model_of_solid
+from spatial_relations_ros.datasets.objects.model_of_solid import model_of_solid
 from spatial_relations_ros.datasets.objects.solids import box, tapered_box
+from spatial_relations_ros.placement.model import ObjectModel, Opening
 
 
 def _square_vessel(

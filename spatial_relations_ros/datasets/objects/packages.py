@@ -6,8 +6,9 @@ import numpy as np
 from manifold3d import Manifold
 
 from spatial_relations_ros.datasets.objects.materials import FILLED, PAPER
-from spatial_relations_ros.datasets.objects.model import ObjectModel, model_of_solid
+from spatial_relations_ros.datasets.objects.model_of_solid import model_of_solid
 from spatial_relations_ros.datasets.objects.solids import box, solid_of_wall, tapered_box
+from spatial_relations_ros.placement.model import ObjectModel
 
 
 def make_box(rng: np.random.Generator) -> ObjectModel:

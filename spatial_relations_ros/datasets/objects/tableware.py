@@ -6,7 +6,7 @@ import numpy as np
 from manifold3d import Manifold
 
 from spatial_relations_ros.datasets.objects.materials import CERAMIC, GLASS, METAL, PLASTIC
-from spatial_relations_ros.datasets.objects.model import ObjectModel, model_of_solid
+from spatial_relations_ros.datasets.objects.model_of_solid import model_of_solid
 from spatial_relations_ros.datasets.objects.solids import (
     Profile,
     capsule,
@@ -16,6 +16,7 @@ from spatial_relations_ros.datasets.objects.solids import (
     vessel_of_wall,
 )
 from spatial_relations_ros.datasets.objects.vessels import curved_wall, round_opening, with_ear
+from spatial_relations_ros.placement.model import ObjectModel
 
 
 def _dish(

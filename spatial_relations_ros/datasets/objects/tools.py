@@ -6,7 +6,7 @@ import numpy as np
 from manifold3d import Manifold
 
 from spatial_relations_ros.datasets.objects.materials import METAL, PLASTIC, WOOD
-from spatial_relations_ros.datasets.objects.model import ObjectModel, model_of_solid
+from spatial_relations_ros.datasets.objects.model_of_solid import model_of_solid
 from spatial_relations_ros.datasets.objects.solids import (
     ball,
     box,
@@ -15,6 +15,7 @@ from spatial_relations_ros.datasets.objects.solids import (
     rod_through,
     rounded_box,
 )
+from spatial_relations_ros.placement.model import ObjectModel
 
 
 def make_hammer(rng: np.random.Generator) -> ObjectModel:

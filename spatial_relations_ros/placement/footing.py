@@ -8,7 +8,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from spatial_relations_ros.datasets.generator.body import FloatArray, Placed
+from spatial_relations_ros.placement.body import FloatArray, Placed
 
 FOOT_BAND = 0.002
 SUPPORT_BAND = 0.003

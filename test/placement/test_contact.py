@@ -5,17 +5,17 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from spatial_relations_ros.datasets.generator.body import Body, Placed
-from spatial_relations_ros.datasets.generator.contact import (
+from spatial_relations_ros.datasets.objects.model_of_solid import model_of_solid
+from spatial_relations_ros.datasets.objects.solids import box, solid_of_wall
+from spatial_relations_ros.placement.body import Body, Placed
+from spatial_relations_ros.placement.contact import (
     clearance,
     find_contacts,
     first_contact,
     table_contacts,
     travel_to_contact,
 )
-from spatial_relations_ros.datasets.generator.resting import DOWN, about_axis, about_z
-from spatial_relations_ros.datasets.objects.model import model_of_solid
-from spatial_relations_ros.datasets.objects.solids import box, solid_of_wall
+from spatial_relations_ros.placement.resting import DOWN, about_axis, about_z
 
 
 def body_of(solid) -> Body:

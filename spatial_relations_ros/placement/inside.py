@@ -4,33 +4,24 @@ from __future__ import annotations
 
 import numpy as np
 
-from spatial_relations_ros.datasets.generator.body import Body, FloatArray, Placed, as_tensor
-from spatial_relations_ros.datasets.generator.contact import clearance, travel_to_contact
-from spatial_relations_ros.datasets.generator.placements_on import Pair
-from spatial_relations_ros.datasets.generator.resting import (
+from spatial_relations_ros.placement.body import FloatArray, Placed, as_tensor
+from spatial_relations_ros.placement.contact import clearance, travel_to_contact
+from spatial_relations_ros.placement.resting import (
     DOWN,
-    RELATIVE_WAYS,
-    SIDE_ONLY,
-    UPRIGHT_ONLY,
     about_axis,
     about_z,
     above,
     centred,
     dropped,
     half_width,
-    rest_on_table,
 )
 
 
-def place_inside(base: Body, relative: Body, rng: np.random.Generator) -> Pair | str:
+def place_inside(fixed: Placed, moving: Placed, rng: np.random.Generator) -> Placed | str:
     """The relative stands (or lies) level on the floor of an upright container."""
-    opening = base.model.opening
-    if opening is None or not base.model.is_container:
+    opening = fixed.body.model.opening
+    if opening is None or not fixed.body.model.is_container:
         return 'base holds nothing'
-    fixed = rest_on_table(base, UPRIGHT_ONLY, rng)
-    moving = rest_on_table(relative, RELATIVE_WAYS, rng)
-    if fixed is None or moving is None:
-        return 'no rest pose'
     if not opening.is_round and rng.random() < 0.5:
         moving = _aligned(moving, fixed, rng)
     axis_x, axis_y = fixed.rotation[:, 0], fixed.rotation[:, 1]
@@ -45,7 +36,7 @@ def place_inside(base: Body, relative: Body, rng: np.random.Generator) -> Pair |
     centre = fixed.rotation @ [*opening.centre, 0.0] + fixed.translation
     offset = axis_x * rng.uniform(-1.0, 1.0) * max(slack_x, 0.0)
     offset = offset + axis_y * rng.uniform(-1.0, 1.0) * max(slack_y, 0.0)
-    return fixed, dropped(above(moving, fixed, centre + offset), fixed)
+    return dropped(above(moving, fixed, centre + offset), fixed)
 
 
 def _aligned(moving: Placed, fixed: Placed, rng: np.random.Generator) -> Placed:
@@ -57,15 +48,11 @@ def _aligned(moving: Placed, fixed: Placed, rng: np.random.Generator) -> Placed:
     return moving.turned(about_z(wanted - heading + rng.normal(0.0, 0.08)))
 
 
-def place_inside_lying(base: Body, relative: Body, rng: np.random.Generator) -> Pair | str:
+def place_inside_lying(fixed: Placed, moving: Placed, rng: np.random.Generator) -> Placed | str:
     """The container lies on its side; the relative lies on its wall, in it or reaching out."""
-    opening = base.model.opening
-    if opening is None or not base.model.is_container:
+    opening = fixed.body.model.opening
+    if opening is None or not fixed.body.model.is_container:
         return 'base holds nothing'
-    fixed = rest_on_table(base, SIDE_ONLY, rng)
-    moving = rest_on_table(relative, RELATIVE_WAYS, rng)
-    if fixed is None or moving is None:
-        return 'no rest pose'
     out = fixed.rotation[:, 2]
     if abs(out[2]) > 0.5:
         return 'opening not to the side'
@@ -133,7 +120,7 @@ def _set_down(
     middle: float,
     deepest: float,
     rng: np.random.Generator,
-) -> Pair | str:
+) -> Placed | str:
     opening = fixed.body.model.opening
     assert opening is not None
     sideways = np.array([-outwards[1], outwards[0], 0.0])
@@ -155,4 +142,4 @@ def _set_down(
     if clearance(fixed, placed) < 2e-4:
         return 'does not fit'
     travel = min(travel_to_contact(placed, fixed, DOWN), float(placed.world_vertices[:, 2].min()))
-    return fixed, placed.moved(DOWN * travel)
+    return placed.moved(DOWN * travel)

@@ -11,8 +11,7 @@ import numpy as np
 
 from spatial_relations_ros.core import ConfigError
 from spatial_relations_ros.core.rotations import matrix_from_quat_wxyz
-from spatial_relations_ros.datasets.generator.body import FloatArray, Placed
-from spatial_relations_ros.datasets.generator.checks import Measured
+from spatial_relations_ros.placement.body import FloatArray, Placed
 
 FRICTION = 0.8
 SECONDS = 1.0
@@ -62,12 +61,6 @@ def settle(
         mujoco.mj_step(model, state)
     after = _poses(state, len(bodies))
     return [_motion(*pair) for pair in zip(before, after, strict=True)]
-
-
-def settling_reason(measured: Measured) -> str:
-    """Why a scene is refused: what moves when it is let go; empty when all stays."""
-    motions = settle((measured.base, measured.relative))
-    return '' if all(motion.stayed for motion in motions) else 'moves in simulation'
 
 
 def _mujoco() -> ModuleType:

@@ -7,13 +7,13 @@ import pytest
 from scipy.spatial import ConvexHull
 
 from spatial_relations_ros.core import ConfigError, TriangleMesh
-from spatial_relations_ros.datasets.generator.body import Body, Placed
-from spatial_relations_ros.datasets.generator.convex_parts import convex_parts
-from spatial_relations_ros.datasets.generator.physics import settle
-from spatial_relations_ros.datasets.generator.resting import about_axis
 from spatial_relations_ros.datasets.objects import sample_object
-from spatial_relations_ros.datasets.objects.model import model_of_solid
+from spatial_relations_ros.datasets.objects.model_of_solid import model_of_solid
 from spatial_relations_ros.datasets.objects.solids import box, prism
+from spatial_relations_ros.placement.body import Body, Placed
+from spatial_relations_ros.placement.convex_parts import convex_parts
+from spatial_relations_ros.placement.physics import settle
+from spatial_relations_ros.placement.resting import about_axis
 
 SIDE = 0.1
 

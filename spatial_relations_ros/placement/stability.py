@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import nnls
 
-from spatial_relations_ros.datasets.generator.body import FloatArray, Placed
-from spatial_relations_ros.datasets.generator.contact import (
+from spatial_relations_ros.placement.body import FloatArray, Placed
+from spatial_relations_ros.placement.contact import (
     Contacts,
     find_contacts,
     table_contacts,

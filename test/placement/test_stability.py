@@ -5,16 +5,16 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from spatial_relations_ros.datasets.generator.body import Body, Placed
-from spatial_relations_ros.datasets.generator.contact import travel_to_contact
-from spatial_relations_ros.datasets.generator.resting import about_axis
-from spatial_relations_ros.datasets.generator.stability import (
+from spatial_relations_ros.datasets.objects.model_of_solid import model_of_solid
+from spatial_relations_ros.datasets.objects.solids import box
+from spatial_relations_ros.placement.body import Body, Placed
+from spatial_relations_ros.placement.contact import travel_to_contact
+from spatial_relations_ros.placement.resting import about_axis
+from spatial_relations_ros.placement.stability import (
     equilibrium_residual,
     is_stable,
     resting_contacts,
 )
-from spatial_relations_ros.datasets.objects.model import model_of_solid
-from spatial_relations_ros.datasets.objects.solids import box
 
 
 def body_of(size, *, density: float = 1000.0) -> Body:

@@ -4,14 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from spatial_relations_ros.datasets.generator.body import Body, FloatArray, Placed
-from spatial_relations_ros.datasets.generator.contact import first_contact
-from spatial_relations_ros.datasets.generator.placements_on import Pair
-from spatial_relations_ros.datasets.generator.resting import (
-    BASE_WAYS,
+from spatial_relations_ros.placement.body import FloatArray, Placed
+from spatial_relations_ros.placement.contact import first_contact
+from spatial_relations_ros.placement.resting import (
     DOWN,
-    LEANING_WAYS,
-    UPRIGHT_ONLY,
     about_axis,
     above,
     centred,
@@ -19,7 +15,6 @@ from spatial_relations_ros.datasets.generator.resting import (
     half_width,
     pushed,
     random_direction,
-    rest_on_table,
     side_direction,
 )
 
@@ -31,12 +26,8 @@ _LEAST_SHARE_INSIDE = 0.35
 _BELOW_RIM_SHARE = 0.5
 
 
-def place_inclined(base: Body, relative: Body, rng: np.random.Generator) -> Pair | str:
+def place_inclined(fixed: Placed, standing: Placed, rng: np.random.Generator) -> Placed | str:
     """One edge of the relative stands on the table, the other end lies against the base."""
-    fixed = rest_on_table(base, BASE_WAYS, rng)
-    standing = rest_on_table(relative, LEANING_WAYS, rng)
-    if fixed is None or standing is None:
-        return 'no rest pose'
     direction = side_direction(fixed, rng)
     if rng.random() < 0.75:
         standing = faced(standing, direction, rng)
@@ -51,11 +42,11 @@ def place_inclined(base: Body, relative: Body, rng: np.random.Generator) -> Pair
     lateral = rng.uniform(-0.45, 0.45) * half_width(fixed, sideways)
     if rng.random() < 0.5:
         lateral *= 0.1  # against the middle: the only way with round bases
-    start = -direction * (base.radius + relative.radius + 0.05) + sideways * lateral
+    start = -direction * (fixed.body.radius + standing.body.radius + 0.05) + sideways * lateral
     touching = pushed(tilted.moved(start), fixed, direction)
     if touching is None:
         return 'passes the base'
-    return fixed, touching
+    return touching
 
 
 def _lean_angle(
@@ -81,15 +72,13 @@ def tilt(placed: Placed, direction: FloatArray, angle_rad: float) -> Placed:
     return placed.turned(about_axis(axis, angle_rad))
 
 
-def place_inside_inclined(base: Body, relative: Body, rng: np.random.Generator) -> Pair | str:
+def place_inside_inclined(
+    fixed: Placed, standing: Placed, rng: np.random.Generator
+) -> Placed | str:
     """A long relative stands in an upright container and leans on its rim or wall."""
-    opening = base.model.opening
-    if opening is None or not base.model.is_container:
+    opening = fixed.body.model.opening
+    if opening is None or not fixed.body.model.is_container:
         return 'base holds nothing'
-    fixed = rest_on_table(base, UPRIGHT_ONLY, rng)
-    standing = rest_on_table(relative, LEANING_WAYS, rng)
-    if fixed is None or standing is None:
-        return 'no rest pose'
     direction = random_direction(rng) if opening.is_round else side_direction(fixed, rng)
     if rng.random() < 0.75:
         standing = faced(standing, direction, rng)
@@ -116,7 +105,7 @@ def _lean_on_wall(
     *,
     centre: FloatArray,
     rng: np.random.Generator,
-) -> Pair | str:
+) -> Placed | str:
     """Sets a body that does not reach the rim on the floor and pushes it against the wall."""
     opening = fixed.body.model.opening
     assert opening is not None
@@ -132,12 +121,12 @@ def _lean_on_wall(
     touching = pushed(raised, fixed, direction)
     if touching is None:
         return 'passes over the rim'
-    return fixed, _drop(touching.moved(-2e-4 * direction), fixed, np.inf)[0]
+    return _drop(touching.moved(-2e-4 * direction), fixed, np.inf)[0]
 
 
 def _slide_to_rim(
     fixed: Placed, tilted: Placed, direction: FloatArray, *, centre: FloatArray, floor_limit: float
-) -> Pair | str:
+) -> Placed | str:
     """Finds where a tilted body touches with its foot and with its upper part at once.
 
     Dropped near the far wall it lands on its foot; dropped further along the direction it lands
@@ -166,7 +155,7 @@ def _slide_to_rim(
         else:
             too_far = middle
     landed, _ = _drop(start.moved(on_foot * direction), fixed, floor_limit)
-    return fixed, landed
+    return landed
 
 
 def _drop(moving: Placed, fixed: Placed, floor_limit: float) -> tuple[Placed, bool]:

@@ -4,15 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 
-from spatial_relations_ros.datasets.generator.body import Body, FloatArray, Placed
-from spatial_relations_ros.datasets.generator.footing import (
+from spatial_relations_ros.placement.body import FloatArray, Placed
+from spatial_relations_ros.placement.footing import (
     CENTRED_SHARE,
     INNER_MARGIN_OF_SUPPORT,
     LEAST_OVERHANG_OF_FOOT,
 )
-from spatial_relations_ros.datasets.generator.resting import (
-    BASE_WAYS,
-    RELATIVE_WAYS,
+from spatial_relations_ros.placement.resting import (
     about_z,
     above,
     centred,
@@ -21,11 +19,8 @@ from spatial_relations_ros.datasets.generator.resting import (
     horizontal,
     pushed,
     random_direction,
-    rest_on_table,
     side_direction,
 )
-
-Pair = tuple[Placed, Placed]
 
 MAX_GAP = 0.20
 _TYPICAL_GAP = 0.035
@@ -35,25 +30,21 @@ _NARROW_TOP = 0.025
 _NARROW_TOP_SHARE = 0.3
 
 
-def place_next_to(base: Body, relative: Body, rng: np.random.Generator) -> Pair | str:
+def place_next_to(fixed: Placed, moving: Placed, rng: np.random.Generator) -> Placed | str:
     """Both stand on the table: touching, or apart by up to 20 cm, mostly a few centimetres."""
-    fixed = rest_on_table(base, BASE_WAYS, rng)
-    moving = rest_on_table(relative, RELATIVE_WAYS, rng)
-    if fixed is None or moving is None:
-        return 'no rest pose'
     direction = random_direction(rng)
     sideways = np.array([-direction[1], direction[0], 0.0])
     lateral = rng.uniform(-0.5, 0.5) * max(
         half_width(fixed, sideways), half_width(moving, sideways)
     )
-    start = -direction * (base.radius + relative.radius + 0.1) + sideways * lateral
+    start = -direction * (fixed.body.radius + moving.body.radius + 0.1) + sideways * lateral
     touching = pushed(moving.moved(start), fixed, direction)
     if touching is None:
         return 'passes the base'
     gap = min(0.002 + rng.exponential(_TYPICAL_GAP), MAX_GAP)
     if rng.random() < _TOUCHING_SHARE:
         gap = rng.uniform(0.0002, 0.002)
-    return fixed, touching.moved(-direction * gap)
+    return touching.moved(-direction * gap)
 
 
 def top_region(placed: Placed) -> tuple[FloatArray, FloatArray]:
@@ -69,12 +60,8 @@ def bottom_region(placed: Placed) -> FloatArray:
     return np.asarray(vertices[vertices[:, 2] < vertices[:, 2].min() + _TOP_BAND, :2])
 
 
-def place_on_top(base: Body, relative: Body, rng: np.random.Generator) -> Pair | str:
+def place_on_top(fixed: Placed, moving: Placed, rng: np.random.Generator) -> Placed | str:
     """The relative stands well within the base's top, or centred where it is the larger one."""
-    fixed = rest_on_table(base, BASE_WAYS, rng)
-    moving = rest_on_table(relative, RELATIVE_WAYS, rng)
-    if fixed is None or moving is None:
-        return 'no rest pose'
     centre, top = top_region(fixed)
     direction = random_direction(rng)[:2]
     base_half = _half(top, direction)
@@ -89,16 +76,11 @@ def place_on_top(base: Body, relative: Body, rng: np.random.Generator) -> Pair |
     offset = np.sqrt(rng.random()) * largest * direction
     foot = bottom_region(moving)
     to_foot = 0.5 * (foot.min(axis=0) + foot.max(axis=0)) - _middle(moving)
-    moving = dropped(above(moving, fixed, centre + offset - to_foot), fixed)
-    return fixed, moving
+    return dropped(above(moving, fixed, centre + offset - to_foot), fixed)
 
 
-def place_on_edge(base: Body, relative: Body, rng: np.random.Generator) -> Pair | str:
+def place_on_edge(fixed: Placed, moving: Placed, rng: np.random.Generator) -> Placed | str:
     """The relative stands on the border or a corner of the base and clearly reaches over it."""
-    fixed = rest_on_table(base, BASE_WAYS, rng)
-    moving = rest_on_table(relative, RELATIVE_WAYS, rng)
-    if fixed is None or moving is None:
-        return 'no rest pose'
     centre, top = top_region(fixed)
     direction = side_direction(fixed, rng)[:2]
     if rng.random() < 0.3:  # towards a corner
@@ -117,7 +99,7 @@ def place_on_edge(base: Body, relative: Body, rng: np.random.Generator) -> Pair 
     along = np.array([-direction[1], direction[0]])
     slide = rng.normal(0.0, 0.15) * _half(top, along)
     moving = above(moving, fixed, centre + shift * direction + slide * along)
-    return fixed, dropped(moving, fixed)
+    return dropped(moving, fixed)
 
 
 def support_width(points: FloatArray, centre: FloatArray, direction: FloatArray) -> float:

@@ -7,13 +7,11 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from manifold3d import Manifold
 from numpy.typing import NDArray
 
 from spatial_relations_ros.core import TriangleMesh
-from spatial_relations_ros.datasets.objects.mass import MassProperties, mass_properties
-from spatial_relations_ros.datasets.objects.rest_poses import RestPose, find_rest_poses
-from spatial_relations_ros.datasets.objects.solids import mesh_of
+from spatial_relations_ros.placement.mass import MassProperties, mass_properties
+from spatial_relations_ros.placement.rest_poses import RestPose, find_rest_poses
 
 FloatArray = NDArray[np.float64]
 
@@ -110,21 +108,3 @@ class ObjectModel:
     def points(self, num_points: int, rng: np.random.Generator) -> NDArray[np.float32]:
         """Points (num_points, 3) spread uniformly over the surface, object frame."""
         return self.mesh.sample_surface(num_points, rng)
-
-
-def model_of_solid(
-    family: str,
-    solid: Manifold,
-    dimensions: Mapping[str, float],
-    *,
-    opening: Opening | None = None,
-    density: float = 1000.0,
-    name: str = '',
-) -> ObjectModel:
-    """Moves a solid's bounding box to the origin and makes it an object."""
-    low_x, low_y, low_z, high_x, high_y, high_z = solid.bounding_box()
-    offset = -0.5 * np.array([low_x + high_x, low_y + high_y, low_z + high_z])
-    mesh = mesh_of(solid.translate(tuple(offset)))
-    rounded = {key: round(float(value), 6) for key, value in dimensions.items()}
-    moved = opening.moved(offset) if opening is not None else None
-    return ObjectModel(name or family, family, mesh, rounded, moved, density)

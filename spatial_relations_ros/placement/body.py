@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 from scipy.spatial import ConvexHull
 
 from spatial_relations_ros.core import Pose, TriangleMesh
-from spatial_relations_ros.datasets.generator.convex_parts import ConvexPart, convex_parts
-from spatial_relations_ros.datasets.objects import ObjectModel
+from spatial_relations_ros.placement.convex_parts import ConvexPart, convex_parts
+from spatial_relations_ros.placement.model import ObjectModel
 
 FloatArray = NDArray[np.float64]
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from spatial_relations_ros.datasets.generator.body import Placed
+from spatial_relations_ros.placement.body import Placed
 
 _LEAST_MARGIN = 0.002
 

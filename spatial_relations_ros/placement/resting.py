@@ -2,32 +2,36 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 
 import numpy as np
 
-from spatial_relations_ros.datasets.generator.body import Body, FloatArray, Placed
-from spatial_relations_ros.datasets.generator.contact import travel_to_contact
-from spatial_relations_ros.datasets.objects import RestKind, RestPose
+from spatial_relations_ros.placement.body import Body, FloatArray, Placed
+from spatial_relations_ros.placement.contact import travel_to_contact
+from spatial_relations_ros.placement.rest_poses import RestKind, RestPose
+
+Ways = Mapping[RestKind, float]
+# Places a standing body around a fixed one at x = y = 0 on the table z = 0, or says why it cannot.
+PlacingRule = Callable[[Placed, Placed, np.random.Generator], Placed | str]
 
 # How often people use each way up; measured on the poses of human-made scenes.
-BASE_WAYS: Mapping[RestKind, float] = {
+BASE_WAYS: Ways = {
     RestKind.UPRIGHT: 0.71,
     RestKind.SIDE: 0.23,
     RestKind.UPSIDE_DOWN: 0.06,
 }
-RELATIVE_WAYS: Mapping[RestKind, float] = {
+RELATIVE_WAYS: Ways = {
     RestKind.UPRIGHT: 0.62,
     RestKind.SIDE: 0.33,
     RestKind.UPSIDE_DOWN: 0.05,
 }
-LEANING_WAYS: Mapping[RestKind, float] = {
+LEANING_WAYS: Ways = {
     RestKind.UPRIGHT: 0.45,
     RestKind.SIDE: 0.45,
     RestKind.UPSIDE_DOWN: 0.10,
 }
-UPRIGHT_ONLY: Mapping[RestKind, float] = {RestKind.UPRIGHT: 1.0}
-SIDE_ONLY: Mapping[RestKind, float] = {RestKind.SIDE: 1.0}
+UPRIGHT_ONLY: Ways = {RestKind.UPRIGHT: 1.0}
+SIDE_ONLY: Ways = {RestKind.SIDE: 1.0}
 
 _MIN_TIPPING_ANGLE = np.deg2rad(7.0)
 _SLANT = np.deg2rad(14.0)
@@ -61,9 +65,7 @@ def random_direction(rng: np.random.Generator) -> FloatArray:
     return horizontal(rng.uniform(0.0, 2.0 * np.pi))
 
 
-def sample_rest_pose(
-    body: Body, weights: Mapping[RestKind, float], rng: np.random.Generator
-) -> RestPose | None:
+def sample_rest_pose(body: Body, weights: Ways, rng: np.random.Generator) -> RestPose | None:
     """Draws how a body rests; None when it rests in none of the wanted ways.
 
     People do not balance things on small feet: poses that fall when tilted by a few degrees are
@@ -91,9 +93,7 @@ def _likelihood(pose: RestPose) -> float:
     return _SLANTING_SHARE if is_slanting else 1.0
 
 
-def rest_on_table(
-    body: Body, weights: Mapping[RestKind, float], rng: np.random.Generator
-) -> Placed | None:
+def rest_on_table(body: Body, weights: Ways, rng: np.random.Generator) -> Placed | None:
     """A body that rests on the table z = 0 at the origin, at a random heading."""
     pose = sample_rest_pose(body, weights, rng)
     if pose is None:

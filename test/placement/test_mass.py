@@ -6,13 +6,14 @@ import numpy as np
 import pytest
 from manifold3d import Manifold
 
-from spatial_relations_ros.datasets.objects import RestKind, mass_properties
-from spatial_relations_ros.datasets.objects.rest_poses import (
+from spatial_relations_ros.datasets.objects.solids import box, mesh_of
+from spatial_relations_ros.placement.mass import mass_properties
+from spatial_relations_ros.placement.rest_poses import (
+    RestKind,
     find_rest_poses,
     footprint_margin,
     rotation_between,
 )
-from spatial_relations_ros.datasets.objects.solids import box, mesh_of
 
 
 def test_mass_of_a_box():

@@ -8,13 +8,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from spatial_relations_ros.core import Relation
-from spatial_relations_ros.datasets.generator import Body, measure
-from spatial_relations_ros.datasets.generator.body import Placed
-from spatial_relations_ros.datasets.generator.footing import Footing
-from spatial_relations_ros.datasets.generator.leaning import lean_angle_rad
-from spatial_relations_ros.datasets.generator.resting import about_axis, about_z
-from spatial_relations_ros.datasets.objects.model import model_of_solid
+from spatial_relations_ros.datasets.generator import measure
+from spatial_relations_ros.datasets.objects.model_of_solid import model_of_solid
 from spatial_relations_ros.datasets.objects.solids import box
+from spatial_relations_ros.placement.body import Body, Placed
+from spatial_relations_ros.placement.footing import Footing
+from spatial_relations_ros.placement.leaning import lean_angle_rad
+from spatial_relations_ros.placement.resting import about_axis, about_z
 
 LARGE, SMALL = 0.2, 0.1
 
