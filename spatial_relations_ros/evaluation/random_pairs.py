@@ -93,7 +93,7 @@ def run_cases(
         cases.append(
             Case(
                 relation.name, reference.object_ids, test.object_ids, result.initial_distance,
-                best.distance, result.success, agreement.same_class, agreement.differences, reason,
+                best.distance, result.success, agreement.same_class, agreement.words, reason,
                 result.duration_sec,
             )
         )  # fmt: skip

@@ -251,9 +251,84 @@ def test_differences_are_named():
     steeper = compare_relations(reference, judge_scene(leaning_pen(44.0)))
     assert steeper.same_class
     assert not steeper.same_relation
-    assert any(text.startswith('tilt') for text in steeper.differences)
-    wide = Tolerances(tilt_rad=1.0, height=1.0, offset=1.0)
+    assert [item.quantity for item in steeper.differences] == ['lean']
+    assert steeper.words[0].startswith('lean 0.77 instead of 0.23')
+    wide = Tolerances(lean_rad=1.0)
     assert compare_relations(reference, judge_scene(leaning_pen(44.0)), wide).same_relation
     other = compare_relations(reference, judge_scene(board_with(BRICK, (0, 0, 0.1))))
     assert not other.same_class
-    assert 'on top instead of inclined' in other.differences[0]
+    assert not other.differences
+    assert 'on top instead of inclined' in other.words[0]
+
+
+def quantities(reference, result):
+    compared = compare_relations(judge_scene(reference, 0.0), judge_scene(result, 0.0))
+    assert compared.same_class
+    return [item.quantity for item in compared.differences]
+
+
+def beside(gap, mesh=BRICK, half_width=0.03, half_height=0.05):
+    """Something that stands beside the board with a gap along x."""
+    return board_with(mesh, (0.1 + half_width + gap, 0.0, half_height))
+
+
+def test_a_flat_pair_may_stand_as_a_tall_pair_does():
+    tower = Scene(
+        item('one', box_mesh(0.05, 0.05, 0.4), (0, 0, 0.2)),
+        item('two', box_mesh(0.05, 0.05, 0.05), (0.06, 0, 0.025)),
+    )
+    plates = Scene(
+        item('one', box_mesh(0.2, 0.2, 0.01), (0, 0, 0.005)),
+        item('two', box_mesh(0.1, 0.1, 0.02), (0.18, 0, 0.01)),
+    )
+    assert quantities(tower, plates) == []
+
+
+@pytest.mark.parametrize(
+    ('gap', 'differs'), [(0.0, []), (0.03, []), (0.06, ['offset']), (0.15, ['offset'])]
+)
+def test_a_gap_is_a_share_of_what_stands_beside_it(gap, differs):
+    # The sum of the half widths is 13 cm, the tolerance 0.3 of it.
+    assert quantities(beside(0.0), beside(gap)) == differs
+
+
+def test_far_apart_the_tolerance_grows():
+    assert quantities(beside(0.15), beside(0.08)) == []
+    assert quantities(beside(0.15), beside(0.01)) == ['offset']
+
+
+def test_what_stands_near_the_border_is_not_asked_of_a_pair_of_one_size():
+    near_border = board_with(DIE, (0.08, 0.0, 0.065))
+    assert quantities(near_border, board_with(DIE, (0.0, 0.0, 0.065))) == ['offset']
+    cubes = Scene(
+        item('one', box_mesh(0.06, 0.06, 0.06), (0, 0, 0.03)),
+        item('two', box_mesh(0.055, 0.055, 0.055), (0, 0, 0.0875)),
+    )
+    assert quantities(near_border, cubes) == []
+
+
+def test_a_plate_on_its_rim_leans_as_a_book_does():
+    book, plate = (
+        dataclasses.replace(
+            judge_scene(leaning_pen(20.0)).measures, tilt_rad=math.radians(degrees)
+        )
+        for degrees in (20.0, 72.0)
+    )
+    judged = [
+        dataclasses.replace(judge_scene(leaning_pen(20.0)), measures=item)
+        for item in (book, plate)
+    ]
+    assert compare_relations(*judged).same_relation
+
+
+def test_the_outline_offset_of_boxes_side_by_side_is_one_at_any_heading():
+    for degrees in (0.0, 30.0, 77.0):
+        pose = Pose(np.zeros(3), about('z', degrees))
+        scene = beside(0.0)
+        turned = scene.with_poses(
+            pose @ scene.base.world_from_object, pose @ scene.relative.world_from_object
+        )
+        outline = measure_scene(turned, 0.0).outline
+        assert outline.share == pytest.approx(1.0, abs=5e-3)
+        assert outline.distance == pytest.approx(0.13, abs=1e-3)
+        assert outline.base_half_width == pytest.approx(0.1, abs=1e-3)

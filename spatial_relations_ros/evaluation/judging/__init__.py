@@ -6,6 +6,7 @@ whether a result shows that of a reference, in class and within tolerances of it
 
 from spatial_relations_ros.evaluation.judging.agreement import (
     Agreement,
+    Difference,
     Tolerances,
     compare_relations,
 )
@@ -19,6 +20,7 @@ from spatial_relations_ros.evaluation.judging.measures import Measures, measure_
 
 __all__ = [
     'Agreement',
+    'Difference',
     'JudgeLimits',
     'Judgement',
     'Measures',

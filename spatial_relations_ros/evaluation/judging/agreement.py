@@ -1,8 +1,15 @@
-"""Whether a result shows the reference's relation: its class, and how it is carried out."""
+"""Whether a result shows the reference's relation: its class, and how it is carried out.
+
+Objects differ in size and shape, so nothing is compared that the shapes alone decide: heights
+count from the surface that matters for the relation, offsets are shares of the outlines' widths,
+and what the test objects cannot reach is not asked of them. :mod:`..generalization.reachability`
+measures how many pairs of objects can agree with how many references.
+"""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,36 +18,55 @@ from spatial_relations_ros.core import Relation
 from spatial_relations_ros.evaluation.judging.judge import Judgement
 from spatial_relations_ros.evaluation.judging.measures import Measures
 
-_INSIDE = (Relation.INSIDE, Relation.INSIDE_LYING, Relation.INSIDE_INCLINED)
-_ON_TOP = (Relation.ON_TOP, Relation.ON_TOP_EDGE)
-_LEANING = (Relation.INCLINED, Relation.INSIDE_INCLINED)
-
 
 @dataclass(frozen=True)
 class Tolerances:
     """How far the continuous part of a relation may be from the reference's.
 
-    Objects differ in size and shape, so lengths are compared as shares. The defaults are wide: a
-    box can not hang over a plate in just the way in which a bowl hangs over a tray.
-
     Attributes:
-        tilt_rad: of the angle by which the relative leans, where it leans.
-        height: of the height of the relative's middle in the scene, as a share of the scene's
-            height (0 at the table, 1 at the top).
-        offset: of the horizontal distance of the mass centres, whatever its direction, as a share
-            of the sum of both objects' diameters.
-        overhang: of the foot's share over the edge, where the relative is on top.
-        enclosed: of the share in the hollow, where the relative is inside.
+        offset: of :attr:`OutlineOffset.share`, whatever the direction: the distance of the
+            outlines' middles seen from above over the sum of their half widths. Beyond 1, that is
+            with a gap between them, the tolerance grows with the reference's share.
+        lean_rad: of the angle between the relative and the nearest way to stand on a face or, at
+            a right angle to it, on an edge: a plate on its rim leans as a book does.
+        foot: of the height of the relative's lowest point over that of the base, where it leans
+            from the table, as a share of the scene's height.
+        seat: of the height of the relative's lowest point over the base's top, where it is on
+            top, as a share of the scene's height.
+        overhang: of the foot's share over the edge.
+        sunk: of how deep the relative sits in the hollow, as a share of what can be below the rim.
     """
 
-    tilt_rad: float = math.radians(25.0)
-    height: float = 0.25
-    offset: float = 0.2
-    overhang: float = 0.3
-    enclosed: float = 0.4
+    offset: float = 0.3
+    lean_rad: float = math.radians(20.0)
+    foot: float = 0.1
+    seat: float = 0.2
+    overhang: float = 0.25
+    sunk: float = 0.35
 
 
 DEFAULT_TOLERANCES = Tolerances()
+
+
+@dataclass(frozen=True)
+class Difference:
+    """A quantity of a relation that is out of tolerance.
+
+    Attributes:
+        quantity: its name.
+        wanted, got: of the reference, as far as the test objects can reach it, and of the result.
+        tolerance: of their difference.
+    """
+
+    quantity: str
+    wanted: float
+    got: float
+    tolerance: float
+
+    def __str__(self) -> str:
+        return (
+            f'{self.quantity} {self.got:.2f} instead of {self.wanted:.2f} +- {self.tolerance:.2f}'
+        )
 
 
 @dataclass(frozen=True)
@@ -49,16 +75,23 @@ class Agreement:
 
     Attributes:
         same_class: whether both show the same relation.
-        differences: in words; one a quantity that is out of tolerance, or the classes.
+        differences: quantities that are out of tolerance; none when the classes differ.
+        class_difference: what the result is instead, in words; empty when the classes agree.
     """
 
     same_class: bool
-    differences: tuple[str, ...]
+    differences: tuple[Difference, ...] = ()
+    class_difference: str = ''
 
     @property
     def same_relation(self) -> bool:
         """The same class, and the continuous part within tolerance."""
         return self.same_class and not self.differences
+
+    @property
+    def words(self) -> tuple[str, ...]:
+        """All that differs."""
+        return tuple(filter(None, (self.class_difference, *map(str, self.differences))))
 
 
 def compare_relations(
@@ -70,43 +103,81 @@ def compare_relations(
             'no relation' if judged.relation is None else judged.relation.description
             for judged in (reference, result)
         )
-        return Agreement(False, (f'{got} instead of {wanted} ({result.reason})',))
-    relation, want, have = result.relation, reference.measures, result.measures
-    pairs = [
-        ('height', height_share(want), height_share(have), tolerances.height),
-        ('offset', offset_share(want), offset_share(have), tolerances.offset),
-    ]
-    if relation in _LEANING:
-        pairs.append(('tilt', want.tilt_rad, have.tilt_rad, tolerances.tilt_rad))
-    if relation in _ON_TOP:
-        pairs.append(('overhang', overhang_share(want), overhang_share(have), tolerances.overhang))
-    if relation in _INSIDE:
-        pairs.append(('enclosed share', want.enclosed, have.enclosed, tolerances.enclosed))
+        return Agreement(False, (), f'{got} instead of {wanted} ({result.reason})')
+    compared = (
+        quantity(reference.measures, result.measures, tolerances)
+        for quantity in _QUANTITIES[result.relation]
+    )
     return Agreement(
-        True,
-        tuple(
-            f'{name} {got:.2f} instead of {wanted:.2f} (+- {tolerance:.2f})'
-            for name, wanted, got, tolerance in pairs
-            if abs(got - wanted) > tolerance
-        ),
+        True, tuple(item for item in compared if abs(item.got - item.wanted) > item.tolerance)
     )
 
 
-def height_share(measures: Measures) -> float:
-    """Height of the relative's middle, 0 at the scene's lowest point and 1 at its top."""
+def _gap(want: Measures, have: Measures, tolerances: Tolerances) -> Difference:
+    """The offset of two that stand beside each other: any is within reach."""
+    wanted = want.outline.share
+    return Difference('offset', wanted, have.outline.share, tolerances.offset * max(1.0, wanted))
+
+
+def _offset_within(want: Measures, have: Measures, tolerances: Tolerances) -> Difference:
+    """The offset of one on or in the other: no farther out than the smaller one fits."""
+    wanted = min(want.outline.share, have.outline.share_within)
+    return Difference('offset', wanted, have.outline.share, tolerances.offset)
+
+
+def _lean(want: Measures, have: Measures, tolerances: Tolerances) -> Difference:
+    wanted, got = (
+        min(measures.tilt_rad, abs(0.5 * math.pi - measures.tilt_rad)) for measures in (want, have)
+    )
+    return Difference('lean', wanted, got, tolerances.lean_rad)
+
+
+def _foot(want: Measures, have: Measures, tolerances: Tolerances) -> Difference:
+    wanted, got = (
+        (measures.relative_bottom - measures.base_bottom) / scene_height(measures)
+        for measures in (want, have)
+    )
+    return Difference('height of the foot', wanted, got, tolerances.foot)
+
+
+def _seat(want: Measures, have: Measures, tolerances: Tolerances) -> Difference:
+    wanted, got = (
+        (measures.relative_bottom - measures.base_bottom - measures.base_height)
+        / scene_height(measures)
+        for measures in (want, have)
+    )
+    return Difference("height over the base's top", wanted, got, tolerances.seat)
+
+
+def _overhang(want: Measures, have: Measures, tolerances: Tolerances) -> Difference:
+    return Difference('overhang', overhang_share(want), overhang_share(have), tolerances.overhang)
+
+
+def _sunk(want: Measures, have: Measures, tolerances: Tolerances) -> Difference:
+    return Difference('depth in the hollow', want.sunk, have.sunk, tolerances.sunk)
+
+
+_Quantity = Callable[[Measures, Measures, Tolerances], Difference]
+
+_QUANTITIES: dict[Relation, tuple[_Quantity, ...]] = {
+    Relation.ON_TOP: (_seat, _offset_within),
+    Relation.INSIDE: (_sunk, _offset_within),
+    Relation.NEXT_TO: (_gap,),
+    Relation.INCLINED: (_lean, _foot),
+    Relation.ON_TOP_EDGE: (_seat, _overhang),
+    Relation.INSIDE_LYING: (_sunk,),
+    Relation.INSIDE_INCLINED: (_lean, _sunk),
+}
+
+
+def scene_height(measures: Measures) -> float:
+    """From the lowest to the highest point of both objects, metres."""
     bottom = min(measures.base_bottom, measures.relative_bottom)
     top = max(
         measures.base_bottom + measures.base_height,
         measures.relative_bottom + measures.relative_height,
     )
-    middle = measures.relative_bottom + 0.5 * measures.relative_height
-    return (middle - bottom) / max(top - bottom, 1e-6)
-
-
-def offset_share(measures: Measures) -> float:
-    """Horizontal distance of the mass centres, as a share of the sum of the diameters."""
-    distance = float(np.hypot(measures.offset[0], measures.offset[1]))
-    return distance / (measures.base_diameter + measures.relative_diameter)
+    return max(top - bottom, 1e-6)
 
 
 def overhang_share(measures: Measures) -> float:

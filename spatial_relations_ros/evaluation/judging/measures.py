@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from spatial_relations_ros.core import InvalidSceneError, Pose, Scene, SceneObject
 from spatial_relations_ros.evaluation.judging.footing import Footing, footing_of
+from spatial_relations_ros.evaluation.judging.outline import OutlineOffset, outline_offset
 from spatial_relations_ros.evaluation.judging.solid import Solid, solid_of
 
 FloatArray = NDArray[np.float64]
@@ -100,6 +101,7 @@ class Measures:
         base_height, relative_height: vertical extents.
         base_diameter, relative_diameter: of the bounding balls about the mass centres.
         offset: (3,) from the base's centre of mass to that of the relative.
+        outline: how far the relative is beside the base, seen from above.
         base_tilt_rad, tilt_rad: angles to the nearest way to stand on level ground.
         enclosed: share of the relative's surface, where it is free of the base, that is in the
             base's hollow.
@@ -120,6 +122,7 @@ class Measures:
     base_diameter: float
     relative_diameter: float
     offset: FloatArray
+    outline: OutlineOffset
     base_tilt_rad: float
     tilt_rad: float
     enclosed: float
@@ -173,6 +176,7 @@ def measure_scene(
         base_diameter=base.diameter,
         relative_diameter=relative.diameter,
         offset=relative.centre_of_mass - base.centre_of_mass,
+        outline=outline_offset(base.points, relative.points),
         base_tilt_rad=base.tilt_rad,
         tilt_rad=relative.tilt_rad,
         enclosed=enclosed,
