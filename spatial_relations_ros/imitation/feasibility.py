@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+import torch
 from numpy.typing import NDArray
 from scipy.spatial import ConvexHull, QhullError
 
@@ -56,6 +57,11 @@ def check_placement(
     return PlacementCheck(max(depth, below), not problem, tuple(violations))
 
 
+def is_supported(body: Body, other: Body, table_height: float) -> bool:
+    """Whether a body stays where it is, beside or on another one that is fixed."""
+    return not _support_problem('', body, other, table_height)
+
+
 def _is_estimate(body: Body, other: Body) -> bool:
     return body.shape.is_estimate or other.shape.is_estimate
 
@@ -81,13 +87,22 @@ def contact_points(body: Body, other: Body, table_height: float) -> NDArray[np.f
     tolerance = CONTACT_TOLERANCE
     if _is_estimate(body, other):
         tolerance += max(body.shape.field.spacing, other.shape.field.spacing)
-    points = body.world_points
-    touches = (points[:, 2] - table_height < tolerance) | (
-        np.abs(other.signed_distance(points)) < tolerance
-    )
-    other_points = other.world_points
-    touched = np.abs(body.signed_distance(other_points)) < tolerance
+    points, other_points = body.world_points, other.world_points
+    touches = (points[:, 2] - table_height < tolerance) | _at_surface(other, points, tolerance)
+    touched = _at_surface(body, other_points, tolerance)
     return np.concatenate([points[touches], other_points[touched]])
+
+
+def _at_surface(
+    body: Body, world_points: NDArray[np.float64], tolerance: float
+) -> NDArray[np.bool_]:
+    """Which points (N, 3) are within a tolerance of a body's surface."""
+    field = body.shape.field
+    local = torch.from_numpy(body.pose.inverse().apply(world_points).astype(np.float32))
+    # Between its nodes the grid is off by less than its spacing: only what is left is measured.
+    near = np.abs(field.sample(local).numpy()) < tolerance + field.spacing
+    near[near] = np.abs(body.signed_distance(world_points[near])) < tolerance
+    return np.asarray(near)
 
 
 def distance_to_hull(points: NDArray[np.float64], query: NDArray[np.float64]) -> float:

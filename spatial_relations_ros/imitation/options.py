@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 
-from spatial_relations_ros.core import ConfigError
+from spatial_relations_ros.core import ConfigError, Pose
+from spatial_relations_ros.imitation.manipulation import ArmReach, Obstacle
 
 ROLES = ('base', 'relative')
 
@@ -30,7 +32,11 @@ class ImitationOptions:
             alone.
         table_height: height of the table in the world frame, metres; None takes the lowest
             point of the test objects where they stand now.
-        approach_height: how far above the target the approach pose is, metres.
+        approach_height: length of the straight way from the approach pose to the target, metres;
+            from above where nothing stands in the way.
+        obstacles: other things in the scene, without the test objects.
+        arm: what the arms reach; None leaves reach unchecked.
+        grasps: object id -> object_from_gripper, where the gripper holds it.
         seed: for everything random.
 
     Raises:
@@ -48,6 +54,9 @@ class ImitationOptions:
     physics_weight: float = 1.0
     table_height: float | None = None
     approach_height: float = 0.1
+    obstacles: tuple[Obstacle, ...] = ()
+    arm: ArmReach | None = None
+    grasps: Mapping[str, Pose] = field(default_factory=dict)
     seed: int = 0
 
     def __post_init__(self) -> None:
@@ -63,6 +72,8 @@ class ImitationOptions:
             raise ConfigError(f'time_budget_sec is {budget}; expected 0 or more seconds')
         if self.table_height is not None and not math.isfinite(self.table_height):
             raise ConfigError(f'table_height is {self.table_height}; expected metres')
+        if not 0.0 <= self.approach_height < math.inf:
+            raise ConfigError(f'approach_height is {self.approach_height}; expected metres')
         if not self.learning_rate > 0.0 or self.physics_weight < 0.0:
             raise ConfigError('learning_rate must be positive and physics_weight not negative')
 

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spatial_relations_ros.core import Pose, Scene
+from spatial_relations_ros.imitation.manipulation import Move
 
 
 @dataclass(frozen=True)
@@ -19,10 +20,16 @@ class ObjectPlacement:
         object_id: of the object.
         current: world_from_object before.
         target: world_from_object that imitates the demonstration.
-        approach: pre-place pose, above the target; the way between is not checked.
-        reachable: whether an arm can reach it; always True, since no arm is described.
-        penetration: deepest overlap with the other object or the table, metres.
+        approach: pre-place pose, from which a straight way leads to the target: from above, or
+            from where the way is free.
+        reachable: whether one arm reaches where it is, the approach and the target; True when no
+            arm is described.
+        penetration: deepest overlap with the other object, the table or obstacles, metres.
         supported: whether contacts below carry its centre of mass.
+        approach_clear: whether nothing stands in the way from approach to target; True for an
+            object that does not move.
+        gripper_target: world_from_gripper at the target; None without a grasp.
+        gripper_approach: the same at the approach pose.
     """
 
     object_id: str
@@ -32,6 +39,9 @@ class ObjectPlacement:
     reachable: bool
     penetration: float
     supported: bool
+    approach_clear: bool = True
+    gripper_target: Pose | None = None
+    gripper_approach: Pose | None = None
 
 
 @dataclass(frozen=True)
@@ -45,6 +55,8 @@ class ImitationAnswer:
             the metric's weights; exp(-distance^2) for weights without one.
         feasible: whether nothing is violated.
         violations: what is, in words.
+        order: how to carry it out, step by step; empty when nothing moves, or when neither object
+            could be placed before the other one.
     """
 
     placements: tuple[ObjectPlacement, ObjectPlacement]
@@ -52,6 +64,7 @@ class ImitationAnswer:
     confidence: float
     feasible: bool
     violations: tuple[str, ...]
+    order: tuple[Move, ...] = ()
 
     def scene(self, test: Scene) -> Scene:
         """The test scene with the objects at this answer's poses."""
