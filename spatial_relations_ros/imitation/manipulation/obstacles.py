@@ -9,13 +9,13 @@ from functools import cached_property
 import numpy as np
 import torch
 from numpy.typing import NDArray
+from scipy.spatial import KDTree
 
 from spatial_relations_ros.core import CloudSource, InvalidSceneError, Pose, SceneObject
 from spatial_relations_ros.imitation.contact import Body
 from spatial_relations_ros.imitation.shape import Shape, shape_of
 
 CELL = 0.004
-_MAX_PAIRS = 4_000_000
 _POSES_A_CHUNK = 64
 _HASH = np.array([6364136223846793005, 2862933555777941757, 3202034522624059733])
 
@@ -73,6 +73,11 @@ class Obstacle:
     def box(self) -> Points:
         """Lowest and highest corner (2, 3) of the box around it, world frame."""
         return np.array([self.points.min(axis=0), self.points.max(axis=0)])
+
+    @cached_property
+    def tree(self) -> KDTree:
+        """Its points, to look up neighbours."""
+        return KDTree(self.points)
 
     def points_in(self, low: Points, high: Points) -> Points:
         """Its points (M, 3) within a box of the world."""
@@ -138,20 +143,18 @@ class _Placed:
 
     def cloud_depths(self, near: NDArray[np.intp], obstacle: Obstacle) -> NDArray[np.float64]:
         """How deep (L,) the obstacle's points are in the shape."""
-        centres = self.centres[near]
-        points = obstacle.points_in(
-            centres.min(axis=0) - self.radius, centres.max(axis=0) + self.radius
-        )
         depths = np.zeros(len(near))
-        step = max(1, _MAX_PAIRS // max(len(points), 1))
-        for start in range(0, len(near) if len(points) else 0, step):
-            part = near[start : start + step]
-            offsets = points[None] - self.centres[part][:, None]
-            row, point = np.nonzero((offsets**2).sum(axis=2) <= self.radius**2)
-            from_origin = points[point] - self.translations[part[row]]
+        for start in range(0, len(near), _POSES_A_CHUNK):
+            part = near[start : start + _POSES_A_CHUNK]
+            within = obstacle.tree.query_ball_point(self.centres[part], self.radius)
+            counts = [len(points) for points in within]
+            if not sum(counts):
+                continue
+            row = np.repeat(np.arange(len(part)), counts)
+            point = np.concatenate(within).astype(np.int64)
+            from_origin = obstacle.points[point] - self.translations[part[row]]
             local = np.einsum('nji,nj->ni', self.rotations[part[row]], from_origin)
-            inside = -_sample(self.shape, local)
-            np.maximum.at(depths, start + row, inside)
+            np.maximum.at(depths, start + row, -_sample(self.shape, local))
         return depths
 
     def body_depths(self, near: NDArray[np.intp], body: Body) -> NDArray[np.float64]:
