@@ -19,7 +19,7 @@ ALLOWED = {
     'datasets': {'core', 'perception', 'placement'},
     'perception': {'core'},
     'memory': {'core'},
-    'imitation': {'core', 'projection', 'learning', 'placement'},
+    'imitation': {'core', 'projection', 'learning', 'placement', 'datasets'},
     'pipeline': {'core', 'perception', 'datasets'},
     'visualization': {'core'},
 }

@@ -3,21 +3,24 @@
 from __future__ import annotations
 
 import dataclasses
+import functools
 import math
-from collections.abc import Sequence
+from collections.abc import Callable
 
 import numpy as np
 import torch
-from numpy.typing import NDArray
 
 from spatial_relations_ros.core import Pose, Scene
-from spatial_relations_ros.imitation.contact import Body, settle
-from spatial_relations_ros.imitation.feasibility import check_placement
 from spatial_relations_ros.imitation.objective import Objective
 from spatial_relations_ros.imitation.options import ImitationOptions
+from spatial_relations_ros.imitation.placing import Placing
 from spatial_relations_ros.imitation.pose_optimizer import PoseBatch, evaluate
-from spatial_relations_ros.imitation.result import ImitationAnswer, ObjectPlacement
+from spatial_relations_ros.imitation.poses import row_poses
+from spatial_relations_ros.imitation.result import ImitationAnswer
 
+# Among answers that are all but equal under the metric the nearest place wins.
+_WAY_WEIGHT = 0.02
+_LONG_WAY = 3.0
 _SAME_SHIFT = 0.1
 _SAME_TURN_RAD = math.radians(20.0)
 
@@ -32,11 +35,15 @@ class AnswerMaker:
     movable: tuple[bool, bool]
 
     def rank(self, answers: list[ImitationAnswer]) -> list[ImitationAnswer]:
-        """Best first; by distance alone when physics is left out."""
+        """Best first: usable answers, then by distance, heading and how little is moved.
+
+        Usable are feasible ones that are similar to the demonstration; when physics is left out
+        feasibility does not count.
+        """
         usable_below = (
             self.objective.similar_distance if self.options.physics_weight > 0.0 else None
         )
-        return rank(answers, usable_below)
+        return rank(answers, usable_below, self._handicap)
 
     def answers(self, batch: PoseBatch) -> list[ImitationAnswer]:
         """Checked answers at exactly these poses, with distances as the metric reports them."""
@@ -46,63 +53,26 @@ class AnswerMaker:
                 self.objective, batch.rotations, batch.translations, headings=headings
             )
         return [
-            self._answer(_poses(batch, row, self.objective.origin), float(batch.distances[row]))
+            self._answer(row_poses(batch, row, self.objective.origin), float(batch.distances[row]))
             for row in range(len(batch.costs))
         ]
 
-    def settled_answers(self, batch: PoseBatch) -> list[ImitationAnswer]:
-        """Checked answers after letting the moved objects down until they rest."""
-        if self.options.physics_weight == 0.0:
-            return self.answers(batch)
-        origin = self.objective.origin
-        pairs = [self._settled(_poses(batch, row, origin)) for row in range(len(batch.costs))]
-        scenes = [self.test.with_poses(*pair) for pair in pairs]
-        return self.answers(evaluate(self.objective, *pose_tensors(scenes, origin)))
-
-    def _settled(self, poses: tuple[Pose, Pose]) -> tuple[Pose, Pose]:
-        shapes, table = self.objective.shapes, self.objective.table_height
-        base, relative = Body(shapes[0], poses[0]), Body(shapes[1], poses[1])
-        if self.movable[0] and self.movable[1]:
-            fall = float(base.world_points[:, 2].min()) - table
-            shift = np.array([0.0, 0.0, -fall])
-            base, relative = base.shifted(shift), relative.shifted(shift)
-        if self.movable[1]:
-            relative = settle(relative, base, table)
-        else:
-            base = settle(base, relative, table)
-        return base.pose, relative.pose
+    @functools.cached_property
+    def _placing(self) -> Placing:
+        objective = self.objective
+        return Placing(
+            self.test, objective.shapes, self.movable, objective.table_height, self.options
+        )
 
     def _answer(self, poses: tuple[Pose, Pose], distance: float) -> ImitationAnswer:
-        shapes = self.objective.shapes
-        poses = (self._target(0, poses[0]), self._target(1, poses[1]))
-        bodies = [Body(shape, pose) for shape, pose in zip(shapes, poses, strict=True)]
-        placements: list[ObjectPlacement] = []
-        violations: list[str] = []
-        for k, item in enumerate(self.test.objects):
-            other = self.test.objects[1 - k].object_id
-            check = check_placement(
-                item.object_id, bodies[k], other, bodies[1 - k], self.objective.table_height
-            )
-            if self.movable[k]:
-                violations += check.violations
-            lift = np.array([0.0, 0.0, self.options.approach_height])
-            placements.append(
-                ObjectPlacement(
-                    object_id=item.object_id,
-                    current=item.world_from_object,
-                    target=poses[k],
-                    approach=Pose(poses[k].translation + lift, poses[k].quat_wxyz),
-                    reachable=True,
-                    penetration=check.penetration,
-                    supported=check.supported,
-                )
-            )
+        placed = self._placing.at((self._target(0, poses[0]), self._target(1, poses[1])))
         return ImitationAnswer(
-            placements=(placements[0], placements[1]),
+            placements=placed.placements,
             distance=distance,
             confidence=self.objective.confidence(distance),
-            feasible=not violations,
-            violations=tuple(violations),
+            feasible=not placed.violations,
+            violations=placed.violations,
+            order=placed.order,
         )
 
     def _target(self, idx: int, pose: Pose) -> Pose:
@@ -114,16 +84,29 @@ class AnswerMaker:
             return Pose(pose.translation, -pose.quat_wxyz)
         return pose
 
+    def _handicap(self, answer: ImitationAnswer) -> float:
+        """What is to be added to the distance: a wrong heading, and a little for long ways."""
+        targets = np.array([placement.target.translation for placement in answer.placements])
+        now = np.array([placement.current.translation for placement in answer.placements])
+        way = float(np.linalg.norm(targets - now, axis=1).sum()) / self.objective.extent
+        offsets = torch.from_numpy((targets - self.objective.origin)[None]).float()
+        penalty = float(self.objective.heading_penalty(offsets)[0])
+        return penalty + _WAY_WEIGHT * min(way, _LONG_WAY)
 
-def rank(answers: list[ImitationAnswer], usable_below: float | None) -> list[ImitationAnswer]:
+
+def rank(
+    answers: list[ImitationAnswer],
+    usable_below: float | None,
+    handicap: Callable[[ImitationAnswer], float] = lambda _: 0.0,
+) -> list[ImitationAnswer]:
     """Feasible answers nearer than ``usable_below`` first, then the nearest attempts.
 
-    Without that distance feasibility does not count.
+    Without that distance feasibility does not count. A handicap is added to each distance.
     """
 
     def key(answer: ImitationAnswer) -> tuple[bool, float]:
         usable = usable_below is None or (answer.feasible and answer.distance < usable_below)
-        return not usable, answer.distance
+        return not usable, answer.distance + handicap(answer)
 
     return sorted(answers, key=key)
 
@@ -142,20 +125,3 @@ def _is_same(first: ImitationAnswer, second: ImitationAnswer, extent: float) -> 
         a.target.is_close(b.target, metres=_SAME_SHIFT * extent, angle_rad=_SAME_TURN_RAD)
         for a, b in zip(first.placements, second.placements, strict=True)
     )
-
-
-def pose_tensors(
-    scenes: Sequence[Scene], origin: NDArray[np.float64]
-) -> tuple[torch.Tensor, torch.Tensor]:
-    """Rotations (K, 2, 3, 3) and translations (K, 2, 3), from an origin (3,), of scenes."""
-    poses = [[item.world_from_object for item in scene.objects] for scene in scenes]
-    rotations = np.array([[pose.rotation for pose in pair] for pair in poses])
-    translations = np.array([[pose.translation - origin for pose in pair] for pair in poses])
-    return torch.from_numpy(rotations).float(), torch.from_numpy(translations).float()
-
-
-def _poses(batch: PoseBatch, row: int, origin: NDArray[np.float64]) -> tuple[Pose, Pose]:
-    rotations = batch.rotations[row].double().numpy()
-    translations = batch.translations[row].double().numpy() + origin
-    base, relative = (Pose.from_rotation(rotations[k], translations[k]) for k in (0, 1))
-    return base, relative

@@ -1,4 +1,4 @@
-"""Where two solids touch: travel until contact, separation of overlaps, settling."""
+"""How far two solids overlap."""
 
 from __future__ import annotations
 
@@ -11,11 +11,6 @@ from numpy.typing import NDArray
 
 from spatial_relations_ros.core import Pose
 from spatial_relations_ros.imitation.shape import Array, Shape
-
-CONTACT_GAP = 0.0002
-MAX_SEPARATION = 0.06
-_SEPARATION_STEPS = 15
-_DOWN = np.array([0.0, 0.0, -1.0])
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,50 +39,6 @@ class Body:
         return self.shape.signed_distance(
             self.pose.inverse().apply(world_points).astype(np.float32)
         )
-
-
-def travel_to_contact(
-    moving: Body, obstacle: Body, direction: NDArray[np.float64], shifts: NDArray[np.float64]
-) -> NDArray[np.float64]:
-    """How far a body can move along a direction until it touches another one.
-
-    Rays go from the surface points of either body to the surface of the other, so the answer is
-    exact up to the spacing of the points.
-
-    Args:
-        moving: the body that moves; it must not overlap the obstacle.
-        obstacle: the body that stands still.
-        direction: (3,) unit vector, world frame.
-        shifts: (K, 3) offsets of the moving body from which the travel starts.
-
-    Returns:
-        (K,) metres, inf where it never touches.
-    """
-    forward = _min_travel(obstacle, moving.world_points, direction, shifts)
-    backward = _min_travel(moving, obstacle.world_points, -direction, -shifts)
-    return np.minimum(forward, backward)
-
-
-def _min_travel(
-    target: Body,
-    world_points: NDArray[np.float64],
-    direction: NDArray[np.float64],
-    shifts: NDArray[np.float64],
-) -> NDArray[np.float64]:
-    starts = (world_points[None] + shifts[:, None]).reshape(-1, 3)
-    object_from_world = target.pose.inverse()
-    origins = object_from_world.apply(starts)
-    local = np.broadcast_to(object_from_world.rotation @ direction, origins.shape)
-    travel = target.shape.ray_travel(origins.astype(np.float32), local.astype(np.float32))
-    return np.asarray(travel.reshape(len(shifts), -1).min(axis=1), dtype=np.float64)
-
-
-def drop(moving: Body, obstacle: Body, table_height: float) -> Body:
-    """Moves a body down until it rests on the other one or on the table."""
-    to_table = float(moving.world_points[:, 2].min()) - table_height
-    to_obstacle = float(travel_to_contact(moving, obstacle, _DOWN, np.zeros((1, 3)))[0])
-    fall = min(to_table, max(to_obstacle - CONTACT_GAP, 0.0))
-    return moving.shifted(np.array([0.0, 0.0, -fall]))
 
 
 def overlap(first: Body, second: Body) -> tuple[float, NDArray[np.float64]]:
@@ -138,26 +89,6 @@ def _reach_through(edged: Body, walled: Body) -> float:
         return 0.0
     distances = walled.shape.signed_distance(passing.reshape(-1, 3)).reshape(-1, 2)
     return float(distances.min(axis=1).max())
-
-
-def separate(moving: Body, obstacle: Body) -> Body:
-    """Moves a body out of another one by the shortest steps; gives up after 6 cm."""
-    moved = moving
-    for _ in range(_SEPARATION_STEPS):
-        depth, outward = overlap(moved, obstacle)
-        if depth <= CONTACT_GAP:
-            return moved
-        moved = moved.shifted(outward * (depth + 0.5 * CONTACT_GAP))
-        if np.linalg.norm(moved.pose.translation - moving.pose.translation) > MAX_SEPARATION:
-            return moving
-    return moved
-
-
-def settle(moving: Body, obstacle: Body, table_height: float) -> Body:
-    """Takes a body out of the table and the other body, then lets it down until it rests."""
-    below = table_height - float(moving.world_points[:, 2].min())
-    lifted = moving.shifted(np.array([0.0, 0.0, max(below, 0.0)]))
-    return drop(separate(lifted, obstacle), obstacle, table_height)
 
 
 def lowest_point(bodies: Sequence[Body]) -> float:

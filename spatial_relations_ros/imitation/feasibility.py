@@ -71,7 +71,7 @@ def _support_problem(name: str, body: Body, other: Body, table_height: float) ->
     if not len(contacts):
         gap = float(body.world_points[:, 2].min()) - table_height
         return f'{name} would hang {gap * 1e3:.0f} mm above the table and touch nothing'
-    if statics.can_tell(body, other):
+    if not _is_estimate(body, other):
         if statics.stays(body, other, table_height):
             return ''
         return f'{name} would not stay: friction does not hold it there'

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
-import itertools
 import math
 import time
 
@@ -11,30 +9,31 @@ import numpy as np
 import torch
 
 from spatial_relations_ros.core import ImitationError, Scene
-from spatial_relations_ros.imitation.answers import AnswerMaker, distinct, pose_tensors
-from spatial_relations_ros.imitation.candidates import propose_poses
+from spatial_relations_ros.imitation.answers import AnswerMaker, distinct
 from spatial_relations_ros.imitation.contact import Body, lowest_point
 from spatial_relations_ros.imitation.objective import Objective
 from spatial_relations_ros.imitation.options import ROLES, ImitationOptions
-from spatial_relations_ros.imitation.pose_optimizer import (
-    PoseBatch,
-    concatenate,
-    evaluate,
-    refine,
-)
+from spatial_relations_ros.imitation.pose_optimizer import PoseBatch, evaluate, refine
+from spatial_relations_ros.imitation.poses import pose_tensors
 from spatial_relations_ros.imitation.result import (
     ImitationAnswer,
     ImitationProgress,
     ImitationResult,
     ProgressCallback,
 )
+from spatial_relations_ros.imitation.search import Candidate, PlacementSearch
 from spatial_relations_ros.imitation.shape import shape_of
+from spatial_relations_ros.imitation.tabletop import Tabletop
 from spatial_relations_ros.learning import RelationMetric
 from spatial_relations_ros.projection import resample_points
 
-_CHUNK = 16
-_QUICK_CHECKS = 4
-_STEPS_A_CHECK = 8
+_MAX_CHECKS = 16
+_MAX_MORE = 4
+_MORE_CHUNKS = 3
+_SPARE_ANSWERS = 1
+_SAME_SHIFT = 0.02
+# Of half of the angle, as quaternions are compared.
+_SAME_TURN_COSINE = math.cos(math.radians(2.0))
 # What is left of the time budget finishes the best answer.
 _BUDGET_SHARE = 0.9
 
@@ -49,9 +48,9 @@ def imitate(
 ) -> ImitationResult:
     """Finds poses of the test objects that imitate the relation of the reference objects.
 
-    The i-th test object plays the part of the i-th reference object. Starting poses are proposed
-    from the shapes, compared under the metric, refined by gradient descent through the metric
-    (Jund et al. 2018, section III-C), let down until they rest, and checked.
+    The i-th test object plays the part of the i-th reference object. Placements are proposed
+    from the shapes and compared under the metric; the nearest are refined by gradient descent
+    through the metric (Jund et al. 2018, section III-C), brought to rest again, and checked.
 
     Args:
         metric: the learned metric; not used by another thread meanwhile.
@@ -88,43 +87,94 @@ class _Imitation:
         self.best: ImitationAnswer
         self.cancelled = self.stopped = False
         self.num_steps = 0
+        self.history: list[float] = []
 
     def run(self) -> ImitationResult:
-        """Proposals, refinement, settling, checks; at every moment there is a best answer."""
+        """Proposals, refinement, checks; at every moment there is a best answer."""
         current = evaluate(self.objective, *pose_tensors([self.test], self.objective.origin))
         self._add(self.maker.answers(current))
-        initial_distance = self.best.distance
-        proposals = self._proposals(current)
-        nearest = proposals.costs.argsort()
-        if not self.stopped:
-            self._add(self.maker.answers(proposals.select(nearest[:_QUICK_CHECKS])))
-        history = [initial_distance, self.best.distance]
-        if self._keep_going(0):
-            starts = proposals.select(nearest[: self.options.num_starts])
-            history = [initial_distance, *self._refine(starts)]
+        self.history.append(self.best.distance)
+        if self.options.physics_weight == 0.0:
+            self._descend_freely(current)
+        elif self._keep_going(0):
+            self._place()
         ranked = distinct(self.maker.rank(self.answers), self.objective.extent)
-        return self._result(tuple(ranked[: self.options.num_answers]), history)
+        return self._result(tuple(ranked[: self.options.num_answers]), self.history)
 
-    def _proposals(self, current: PoseBatch) -> PoseBatch:
-        """The current poses and, when asked for, those proposed from the shapes."""
-        if not self.options.propose:
-            return current
-        moving = 1 if self.movable[1] else 0
-        bodies = [Body(shape_of(item), item.world_from_object) for item in self.test.objects]
-        poses = propose_poses(bodies[moving], bodies[1 - moving], self.objective.table_height)
-        batches = [current]
-        while self._keep_going(0) and (chunk := list(itertools.islice(poses, _CHUNK))):
-            scenes = []
-            for pose in chunk:
-                pair = [item.world_from_object for item in self.test.objects]
-                pair[moving] = pose
-                scenes.append(self.test.with_poses(*pair))
-            batches.append(evaluate(self.objective, *pose_tensors(scenes, self.objective.origin)))
-        return concatenate(batches)
+    def _place(self) -> None:
+        """Looks for placements at rest, refines the nearest, checks what comes out."""
+        tabletop = Tabletop.of(
+            self.objective.shapes,
+            self.test.base.world_from_object,
+            self.objective.table_height,
+        )
+        search = PlacementSearch(self.test, self.objective, tabletop, self.movable, self.options)
+        found: list[Candidate] = []
+        if self.options.propose:
+            for chunk in search.run():
+                found += chunk
+                self._note(found)
+                if not self._keep_going(0):
+                    break
+        if not found:
+            poses = self.test.base.world_from_object, self.test.relative.world_from_object
+            found = search.measured([Candidate(poses, math.inf, math.inf)])
+        if not self.stopped and self.options.max_steps:
+            starts = _unlike(found, self.objective.extent)[: self.options.num_starts]
+            refined, _ = self._refine(search.batch(starts))
+            found += search.refined(refined, starts)
+            self._note(found)
+        refused: set[Candidate] = set()
+        self._check(search, found, refused)
+        for _ in range(_MAX_MORE if self.options.propose else 0):
+            if self._is_success(self.best) or not self._keep_going(self.num_steps):
+                break
+            # Nothing near the demonstration stays: look on around what is not known to fall.
+            for _ in range(_MORE_CHUNKS):
+                found += search.more([c for c in found if c not in refused] or found)
+            self._note(found)
+            self._check(search, found, refused)
 
-    def _refine(self, starts: PoseBatch) -> list[float]:
-        """Descends from all starts; returns the distances of the one that ends best."""
-        refined, distances = refine(
+    def _check(
+        self, search: PlacementSearch, found: list[Candidate], refused: set[Candidate]
+    ) -> None:
+        """Makes answers of the nearest candidates that stay where they are put.
+
+        Those that do not are added to the refused ones, which are not tried again.
+        """
+        wanted = self.options.num_answers + _SPARE_ANSWERS
+        nearest: Candidate | None = None
+        num_feasible = 0
+        untried = [candidate for candidate in found if candidate not in refused]
+        for candidate in _unlike(untried, self.objective.extent)[:_MAX_CHECKS]:
+            exact = search.settled(candidate)
+            refused.add(candidate)
+            if exact is None:
+                continue
+            nearest = nearest or exact
+            if search.stays(exact):
+                answers = self.maker.answers(search.batch([exact]))
+                self._add(answers)
+                num_feasible += answers[0].feasible
+            # After a stop only the best one is finished, so that the stop is prompt.
+            is_enough = num_feasible >= (1 if self.stopped else wanted)
+            if is_enough or not self._keep_going(self.num_steps):
+                break
+        if not num_feasible and nearest is not None:
+            self._add(self.maker.answers(search.batch([nearest])))
+
+    def _is_success(self, answer: ImitationAnswer) -> bool:
+        return answer.feasible and answer.distance < self.objective.similar_distance
+
+    def _descend_freely(self, current: PoseBatch) -> None:
+        """Gradient descent on the metric alone, from where the objects stand (the paper's)."""
+        starts = current.select(torch.zeros(1, dtype=torch.int64))
+        refined, distances = self._refine(starts)
+        self.history += distances[1:, 0].tolist()
+        self._add(self.maker.answers(refined))
+
+    def _refine(self, starts: PoseBatch) -> tuple[PoseBatch, torch.Tensor]:
+        return refine(
             self.objective,
             starts,
             self.movable,
@@ -132,26 +182,16 @@ class _Imitation:
             learning_rate=self.options.learning_rate,
             on_step=self._on_step,
         )
-        order = refined.costs.argsort()
-        moved_only = dataclasses.replace(refined, rotations=starts.rotations)
-        for count, row in enumerate(order):
-            # After a stop only the best one is finished, so that the stop is prompt.
-            if count and (self.stopped or not self._keep_going(self.num_steps)):
-                break
-            chosen = row[None]
-            self._add(self.maker.settled_answers(refined.select(chosen)))
-            if not self.stopped:
-                # Starts rest on their faces; refinement tilts a little.
-                self._add(self.maker.settled_answers(moved_only.select(chosen)))
-                self._add(self.maker.answers(starts.select(chosen)))
-        history: list[float] = distances[:, int(order[0])].tolist()
-        return history
 
     def _on_step(self, step: int, best: PoseBatch) -> bool:
         self.num_steps = step
-        if step % _STEPS_A_CHECK == 0:
-            self._add(self.maker.settled_answers(best.select(best.costs.argmin()[None])))
+        if self.options.physics_weight > 0.0:
+            self.history.append(min(float(best.distances.min()), self.history[-1]))
         return self._keep_going(step)
+
+    def _note(self, found: list[Candidate]) -> None:
+        """The nearest placement so far, for the curve."""
+        self.history.append(min([self.history[-1], *(c.distance for c in found)]))
 
     def _add(self, answers: list[ImitationAnswer]) -> None:
         self.answers += answers
@@ -175,9 +215,8 @@ class _Imitation:
     ) -> ImitationResult:
         best = answers[0]
         similar_distance = self.objective.similar_distance
-        success = best.feasible and best.distance < similar_distance
         return ImitationResult(
-            success=success,
+            success=self._is_success(best),
             message=_message(best, history[0], similar_distance, cancelled=self.cancelled),
             answers=answers,
             distance_history=np.array(history, dtype=np.float32),
@@ -186,6 +225,20 @@ class _Imitation:
             num_steps=self.num_steps,
             cancelled=self.cancelled,
         )
+
+
+def _unlike(candidates: list[Candidate], extent: float) -> list[Candidate]:
+    """Cheapest first, without those that all but repeat a cheaper one."""
+    ranked = sorted(candidates, key=lambda candidate: candidate.cost)
+    shifts = np.array([[pose.translation for pose in c.poses] for c in ranked])
+    turns = np.array([[pose.quat_wxyz for pose in c.poses] for c in ranked])
+    kept: list[int] = []
+    for idx in range(len(ranked)):
+        near = np.linalg.norm(shifts[kept] - shifts[idx], axis=-1) < _SAME_SHIFT * extent
+        cosines = np.abs(np.einsum('krq,rq->kr', turns[kept], turns[idx]))
+        if not (near & (cosines > _SAME_TURN_COSINE)).all(axis=1).any():
+            kept.append(idx)
+    return [ranked[idx] for idx in kept]
 
 
 def _make_objective(

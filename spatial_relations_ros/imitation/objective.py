@@ -76,19 +76,32 @@ class Objective:
         embeddings = self.metric.embed(points, headings=headings)
         return euclidean_distance(embeddings, self.reference_embedding[None])
 
-    def penalties(self, rotations: Tensor, translations: Tensor) -> Tensor:
-        """Physical and heading terms (K,), in units of the metric's distance."""
+    def penalties(
+        self, rotations: Tensor, translations: Tensor, *, at_rest: bool = False
+    ) -> Tensor:
+        """Physical and heading terms (K,), in units of the metric's distance.
+
+        Args:
+            rotations: as for the distances.
+            translations: likewise.
+            at_rest: the scenes were brought to rest: physics, which has nothing to add, is left
+                out.
+        """
         total = torch.zeros(len(rotations))
-        if self.physics_weight > 0.0:
+        if self.physics_weight > 0.0 and not at_rest:
             total = total + self.physics_weight * self._physics(rotations, translations)
-        if self.heading is not None:
-            offset = (translations[:, 1] - translations[:, 0])[:, :2]
-            length = offset.norm(dim=-1).clamp_min(1e-6)
-            misalignment = 1.0 - (offset @ self.heading) / length
-            # Objects above each other have no heading: the term fades with their offset.
-            fade = (length / (0.1 * self.extent)).clamp(max=1.0)
-            total = total + _HEADING_WEIGHT * misalignment * fade
-        return total
+        return total + self.heading_penalty(translations)
+
+    def heading_penalty(self, translations: Tensor) -> Tensor:
+        """How far scenes (K,) with translations (K, 2, 3) are off the heading to keep."""
+        if self.heading is None:
+            return torch.zeros(len(translations))
+        offset = (translations[:, 1] - translations[:, 0])[:, :2]
+        length = offset.norm(dim=-1).clamp_min(1e-6)
+        misalignment = 1.0 - (offset @ self.heading) / length
+        # Objects above each other have no heading: the term fades with their offset.
+        fade = (length / (0.1 * self.extent)).clamp(max=1.0)
+        return _HEADING_WEIGHT * misalignment * fade
 
     def _physics(self, rotations: Tensor, translations: Tensor) -> Tensor:
         surfaces = [torch.from_numpy(shape.points) for shape in self.shapes]

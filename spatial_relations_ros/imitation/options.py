@@ -22,9 +22,12 @@ class ImitationOptions:
         time_budget_sec: after 90 % of it only the best answer is finished; None or 0 for no
             limit.
         keep_heading: also keep the horizontal direction of the demonstration.
-        num_starts: how many starting poses are refined by gradient descent. With one start and
+        keep_upright: leave what is moved in the orientation in which it stands, but for its
+            heading.
+        propose: start from placements proposed from the shapes, not only from the current one.
+        num_proposals: how many of them are compared with the demonstration.
+        num_starts: how many of the nearest are refined by gradient descent. With one start and
             ``propose`` off this is the paper's optimisation.
-        propose: also start from poses proposed from the shapes, not only the current one.
         max_steps: Adam steps of each refinement.
         learning_rate: of Adam, as a share of the scene's extent (translation) and in radians
             (rotation) a step.
@@ -47,9 +50,11 @@ class ImitationOptions:
     num_answers: int = 1
     time_budget_sec: float | None = None
     keep_heading: bool = False
-    num_starts: int = 4
+    keep_upright: bool = False
     propose: bool = True
-    max_steps: int = 30
+    num_proposals: int = 96
+    num_starts: int = 3
+    max_steps: int = 8
     learning_rate: float = 0.015
     physics_weight: float = 1.0
     table_height: float | None = None
@@ -67,6 +72,8 @@ class ImitationOptions:
                 f'num_answers {self.num_answers}, num_starts {self.num_starts} and max_steps '
                 f'{self.max_steps} must be at least 1, 1 and 0'
             )
+        if self.num_proposals < 1:
+            raise ConfigError(f'num_proposals is {self.num_proposals}; expected 1 or more')
         budget = self.time_budget_sec
         if budget is not None and not (math.isfinite(budget) and budget >= 0.0):
             raise ConfigError(f'time_budget_sec is {budget}; expected 0 or more seconds')

@@ -12,6 +12,9 @@ from torch import Tensor
 
 from spatial_relations_ros.imitation.objective import Objective
 
+# Larger batches leave the cache.
+_CHUNK = 8
+
 StepCallback = Callable[[int, 'PoseBatch'], bool]
 
 
@@ -49,15 +52,23 @@ def concatenate(batches: Sequence[PoseBatch]) -> PoseBatch:
 
 
 def evaluate(
-    objective: Objective, rotations: Tensor, translations: Tensor, *, headings: int = 1
+    objective: Objective,
+    rotations: Tensor,
+    translations: Tensor,
+    *,
+    headings: int = 1,
+    at_rest: bool = False,
 ) -> PoseBatch:
-    """Distances, averaged over a number of headings, and costs of poses; without gradients."""
+    """Distances, averaged over a number of headings, and costs of poses; without gradients.
+
+    ``at_rest`` as for :meth:`Objective.penalties`.
+    """
     with torch.no_grad():
         distances = torch.cat(
             [
                 objective.distances(r, t, headings=headings)
                 for r, t in zip(
-                    torch.split(rotations, 32), torch.split(translations, 32), strict=True
+                    torch.split(rotations, _CHUNK), torch.split(translations, _CHUNK), strict=True
                 )
             ]
         )
@@ -65,7 +76,7 @@ def evaluate(
             rotations,
             translations,
             distances,
-            distances + objective.penalties(rotations, translations),
+            distances + objective.penalties(rotations, translations, at_rest=at_rest),
         )
 
 

@@ -98,6 +98,39 @@ def place_inside_inclined(
     return _slide_to_rim(fixed, tilted, direction, centre=centre, floor_limit=floor_limit)
 
 
+def settle_in_rim(fixed: Placed, tilted: Placed, direction: FloatArray) -> Placed | str:
+    """Lets a tilted body down into an upright container until it leans on its rim or wall.
+
+    Args:
+        fixed: the container.
+        tilted: in it, or near; its tilt and its place across the direction are kept.
+        direction: (3,) horizontal unit vector from its foot towards where it leans.
+    """
+    opening = fixed.body.model.opening
+    if opening is None:
+        return 'base holds nothing'
+    vertices = tilted.world_vertices
+    centre = fixed.rotation @ [*opening.centre, 0.0] + fixed.translation
+    sideways = np.array([-direction[1], direction[0], 0.0])
+    middle = 0.5 * (vertices.min(axis=0) + vertices.max(axis=0))
+    if float(np.ptp(vertices[:, 2])) < opening.depth + 0.008:
+        landed, _ = _drop(above(tilted, fixed, middle), fixed, np.inf)
+        return _pushed_to_wall(landed, fixed, direction)
+    centre = centre + ((middle - centre) @ sideways) * sideways
+    rim = float(fixed.translation[2] + opening.rim_z)
+    floor_limit = rim - _LEAST_SHARE_INSIDE * opening.depth
+    return _slide_to_rim(fixed, tilted, direction, centre=centre, floor_limit=floor_limit)
+
+
+def _pushed_to_wall(inside: Placed, fixed: Placed, direction: FloatArray) -> Placed | str:
+    """Pushes a body that stands in a container against its wall."""
+    raised = inside.moved(np.array([0.0, 0.0, 2e-4]))
+    touching = pushed(raised, fixed, direction)
+    if touching is None:
+        return 'passes over the rim'
+    return _drop(touching.moved(-2e-4 * direction), fixed, np.inf)[0]
+
+
 def _lean_on_wall(
     fixed: Placed,
     tilted: Placed,
@@ -117,11 +150,7 @@ def _lean_on_wall(
     inside, _ = _drop(above(tilted, fixed, centre + lateral), fixed, np.inf)
     if inside.world_vertices[:, 2].min() > fixed.translation[2] + opening.floor_z + 0.01:
         return 'does not reach the floor'
-    raised = inside.moved(np.array([0.0, 0.0, 2e-4]))
-    touching = pushed(raised, fixed, direction)
-    if touching is None:
-        return 'passes over the rim'
-    return _drop(touching.moved(-2e-4 * direction), fixed, np.inf)[0]
+    return _pushed_to_wall(inside, fixed, direction)
 
 
 def _slide_to_rim(

@@ -54,6 +54,17 @@ class Opening:
             (self.centre[0] + float(offset[0]), self.centre[1] + float(offset[1])),
         )
 
+    def scaled(self, factor: float) -> Opening:
+        """The same opening of an object that is larger by a factor."""
+        return Opening(
+            (factor * self.rim_half_size[0], factor * self.rim_half_size[1]),
+            (factor * self.floor_half_size[0], factor * self.floor_half_size[1]),
+            factor * self.rim_z,
+            factor * self.floor_z,
+            self.is_round,
+            (factor * self.centre[0], factor * self.centre[1]),
+        )
+
 
 @dataclass(frozen=True, eq=False)
 class ObjectModel:

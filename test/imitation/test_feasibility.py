@@ -6,9 +6,11 @@ from manifold3d import Manifold
 
 from spatial_relations_ros.core import Pose
 from spatial_relations_ros.core.rotations import matrix_from_rotvec
-from spatial_relations_ros.imitation.contact import Body, travel_to_contact
+from spatial_relations_ros.imitation.contact import Body
 from spatial_relations_ros.imitation.feasibility import check_placement, distance_to_hull
 from spatial_relations_ros.imitation.shape import shape_of
+from spatial_relations_ros.imitation.solids import solid_of
+from spatial_relations_ros.placement.contact import travel_to_contact
 
 
 @pytest.fixture
@@ -70,7 +72,8 @@ def test_leaning_needs_something_to_lean_on(solids):
     body, far = (Body(shape_of(o), o.world_from_object) for o in (leaning, wall))
     alone = check_placement('board', body, 'wall', far, 0.0)
     assert not alone.supported
-    travel = travel_to_contact(body, far, np.array([-1.0, 0, 0]), np.zeros((1, 3)))[0]
+    placed, fixed = (solid_of(b.shape, 1.0).placed(b.pose, (0, 0, 0)) for b in (body, far))
+    travel = travel_to_contact(placed, fixed, np.array([-1.0, 0, 0]))
     against = body.shifted(np.array([-(travel - 0.0002), 0.0, 0.0]))
     assert check_placement('board', against, 'wall', far, 0.0).violations == ()
 

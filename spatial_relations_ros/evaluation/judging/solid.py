@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from scipy.spatial import ConvexHull, QhullError
 
 from spatial_relations_ros.core import InvalidSceneError, TriangleMesh
-from spatial_relations_ros.evaluation.judging.hollow import Hollow, find_hollow
+from spatial_relations_ros.placement.hollow import Hollow, find_hollow
 
 FloatArray = NDArray[np.float64]
 

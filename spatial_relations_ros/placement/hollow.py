@@ -52,13 +52,24 @@ class Hollow:
 
 
 def find_hollow(
-    rays: o3d.t.geometry.RaycastingScene, mesh: TriangleMesh, hull_equations: FloatArray
+    rays: o3d.t.geometry.RaycastingScene,
+    mesh: TriangleMesh,
+    hull_equations: FloatArray,
+    *,
+    num_candidates: int = _NUM_CANDIDATES,
 ) -> Hollow | None:
-    """Looks for points within the convex hull that are free, yet covered from most sides."""
+    """Looks for points within the convex hull that are free, yet covered from most sides.
+
+    Args:
+        rays: ray casting on the mesh.
+        mesh: watertight.
+        hull_equations: (F, 4) of its convex hull, negative inside.
+        num_candidates: points to look at; time grows with them.
+    """
     vertices = mesh.vertices.astype(np.float64)
     low, high = vertices.min(axis=0), vertices.max(axis=0)
     rng = np.random.default_rng(0)
-    points = rng.uniform(low, high, (_NUM_CANDIDATES, 3))
+    points = rng.uniform(low, high, (num_candidates, 3))
     points = points[(points @ hull_equations[:, :3].T + hull_equations[:, 3]).max(axis=1) < 0.0]
     num_in_hull = len(points)
     tensor = o3d.core.Tensor.from_numpy(points.astype(np.float32))

@@ -1,0 +1,228 @@
+"""Placements proposed from the shapes: beside, on, at the edge, in, leaning.
+
+The rules are those that training scenes are made with, so the metric knows what they make. Which
+of the results resembles the demonstration is the metric's business.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from spatial_relations_ros.placement.body import Body, Placed
+from spatial_relations_ros.placement.inside import place_inside, place_inside_lying
+from spatial_relations_ros.placement.leaning_on import place_inclined, place_inside_inclined
+from spatial_relations_ros.placement.on import place_next_to, place_on_edge, place_on_top
+from spatial_relations_ros.placement.rest_poses import RestPose, rotation_between
+from spatial_relations_ros.placement.resting import UP, PlacingRule, about_axis, about_z
+from spatial_relations_ros.placement.settling import Manner, lean_direction, settle
+
+FloatArray = NDArray[np.float64]
+
+_UPRIGHT_COSINE = 0.95
+_LYING_COSINE = 0.5
+_AT_REST_RAD = math.radians(5.0)
+_STEADY_RAD = math.radians(4.0)
+_MAX_ORIENTATIONS = 4
+_SAME_EXTENT = 0.03
+_ATTEMPTS = 10
+_CENTRED = 0.01
+_ALIGNED_SHARE = 0.5
+_SHIFT_SHARE = 0.06
+_TURN_RAD = math.radians(18.0)
+_LEAN_RAD = math.radians(6.0)
+
+
+@dataclass(frozen=True, eq=False)
+class Cell:
+    """One way to arrange two bodies: how either stands, and the rule that brings them together.
+
+    Attributes:
+        fixed: the base at rest.
+        standing: (3, 3) orientation in which the relative rests before it is placed.
+        rule: that places it.
+        manner: in which it then rests.
+    """
+
+    fixed: Placed
+    standing: FloatArray
+    rule: PlacingRule
+    manner: Manner
+
+
+@dataclass(frozen=True, eq=False)
+class Proposal:
+    """A pair at rest, as far as moves along straight lines until contact can tell."""
+
+    base: Placed
+    relative: Placed
+    manner: Manner
+    cell: int
+
+
+_RULES: tuple[tuple[PlacingRule, Manner], ...] = (
+    (place_next_to, Manner.BESIDE),
+    (place_on_top, Manner.DROPPED),
+    (place_on_edge, Manner.DROPPED),
+    (place_inclined, Manner.LEANING),
+)
+_UPRIGHT_CONTAINER_RULES: tuple[tuple[PlacingRule, Manner], ...] = (
+    (place_inside, Manner.DROPPED),
+    (place_inside_inclined, Manner.IN_RIM),
+)
+_LYING_CONTAINER_RULES: tuple[tuple[PlacingRule, Manner], ...] = (
+    (place_inside_lying, Manner.LOWERED),
+)
+_LEANING = (Manner.LEANING, Manner.IN_RIM)
+
+
+class Proposer:
+    """Draws placements of a relative around a base.
+
+    Deterministic for a state of the generator.
+    """
+
+    def __init__(
+        self,
+        bases: Sequence[Placed],
+        relative: Body,
+        orientations: Sequence[FloatArray],
+        rng: np.random.Generator,
+        *,
+        may_lean: bool = True,
+        heading: FloatArray | None = None,
+    ) -> None:
+        """Lists the cells.
+
+        Args:
+            bases: ways in which the base may stand, at x = y = 0 on the table z = 0.
+            relative: the body to place.
+            orientations: (3, 3) each, in which it may stand before it is placed.
+            rng: source of everything random.
+            may_lean: whether it may be tilted.
+            heading: (2,) horizontal unit vector from the base to the relative to keep, or None.
+        """
+        self._heading = heading
+        self._relative = relative.coarse
+        self._rng = rng
+        self.cells = [
+            Cell(base.coarse(), orientation, rule, manner)
+            for base in bases
+            for rule, manner in _rules_for(base)
+            for orientation in orientations
+            if may_lean or manner not in _LEANING
+        ]
+
+    def draw(self, cell_idx: int) -> Proposal | None:
+        """A new placement of a cell; None when some attempts fail."""
+        cell = self.cells[cell_idx]
+        for _ in range(_ATTEMPTS):
+            placed = cell.rule(cell.fixed, self._standing(cell), self._rng)
+            if not isinstance(placed, str):
+                placed = self._headed(placed, cell)
+                return Proposal(cell.fixed, placed, cell.manner, cell_idx)
+        return None
+
+    def _headed(self, placed: Placed, cell: Cell) -> Placed:
+        """The body brought to the wanted side of the base, where it can rest there."""
+        offset = placed.translation[:2] - cell.fixed.translation[:2]
+        if self._heading is None or np.linalg.norm(offset) < _CENTRED:
+            return placed
+        wanted = math.atan2(self._heading[1], self._heading[0])
+        turn = about_z(wanted - math.atan2(offset[1], offset[0]))
+        return settle(cell.manner, placed.turned(turn), cell.fixed) or placed
+
+    def vary(self, proposal: Proposal) -> Proposal | None:
+        """A placement near another one: shifted, turned and leaning a little otherwise."""
+        rng, fixed = self._rng, proposal.base
+        reach = fixed.body.radius + self._relative.radius
+        shift = np.append(rng.normal(0.0, _SHIFT_SHARE * reach, 2), 0.0)
+        rotation = about_z(rng.normal(0.0, _TURN_RAD)) @ proposal.relative.rotation
+        moved = Placed(self._relative, rotation, proposal.relative.translation + shift)
+        if proposal.manner in _LEANING:
+            direction = lean_direction(moved, fixed)
+            axis = np.array([-direction[1], direction[0], 0.0])
+            turn = about_axis(axis, rng.normal(0.0, _LEAN_RAD))
+            moved = Placed(self._relative, turn @ rotation, moved.translation)
+        settled = settle(proposal.manner, moved, fixed)
+        return (
+            None if settled is None else Proposal(fixed, settled, proposal.manner, proposal.cell)
+        )
+
+    def _standing(self, cell: Cell) -> Placed:
+        yaw = self._rng.uniform(0.0, 2.0 * np.pi)
+        if self._rng.random() < _ALIGNED_SHARE:
+            yaw = _heading(cell.fixed.rotation) + 0.5 * np.pi * self._rng.integers(4)
+            yaw -= _heading(cell.standing)
+        return Placed(self._relative, about_z(yaw) @ cell.standing, np.zeros(3)).on_table()
+
+
+def _rules_for(base: Placed) -> Iterator[tuple[PlacingRule, Manner]]:
+    yield from _RULES
+    if base.body.model.is_container:
+        upwards = float(base.rotation[2, 2])
+        if upwards > _UPRIGHT_COSINE:
+            yield from _UPRIGHT_CONTAINER_RULES
+        elif abs(upwards) < _LYING_COSINE:
+            yield from _LYING_CONTAINER_RULES
+
+
+def resting_orientations(body: Body, current: FloatArray) -> list[FloatArray]:
+    """Orientations (3, 3) in which a body rests, the current one first, unlike each other.
+
+    Args:
+        body: the body.
+        current: (3, 3) as it is now; made level where it nearly rests, else it is kept as the
+            first one all the same: a tracked pose is never exact.
+    """
+    poses = [p for p in body.model.rest_poses if p.tipping_angle_rad > _STEADY_RAD]
+    poses = poses or list(body.model.rest_poses)
+    kept: list[FloatArray] = [_levelled(poses, current)]
+    for pose in sorted(poses, key=_likelihood, reverse=True):
+        if len(kept) == _MAX_ORIENTATIONS:
+            break
+        if not any(_looks_alike(body, pose.rotation, other) for other in kept):
+            kept.append(pose.rotation)
+    return kept
+
+
+def _levelled(poses: Sequence[RestPose], current: FloatArray) -> FloatArray:
+    if not poses:
+        return current
+    ups = np.array([pose.rotation[2] for pose in poses]) @ current.T
+    nearest = int(ups[:, 2].argmax())
+    if math.acos(min(1.0, float(ups[nearest, 2]))) > _AT_REST_RAD:
+        return current
+    return np.asarray(rotation_between(ups[nearest], UP) @ current)
+
+
+def _likelihood(pose: RestPose) -> float:
+    """Objects stand rather square to their frame than on a slanting side."""
+    return pose.margin * float(np.abs(pose.rotation[2]).max()) ** 4
+
+
+def _looks_alike(body: Body, first: FloatArray, second: FloatArray) -> bool:
+    """Whether a body turned one way and the other has the same heights and mass heights."""
+    vertices = body.model.mesh.vertices
+    heights = [vertices @ rotation[2] for rotation in (first, second)]
+    spans = [float(np.ptp(height)) for height in heights]
+    centres = [
+        float(body.model.mass_properties.centre @ rotation[2] - height.min())
+        for rotation, height in zip((first, second), heights, strict=True)
+    ]
+    tolerance = _SAME_EXTENT * max(spans)
+    if abs(spans[0] - spans[1]) > tolerance or abs(centres[0] - centres[1]) > tolerance:
+        return False
+    # A flat thing lies on either side alike; what opens to one side does not.
+    opening = body.model.opening
+    return opening is None or abs(first[2, 2] - second[2, 2]) < 0.3
+
+
+def _heading(rotation: FloatArray) -> float:
+    """Horizontal angle of the frame's most level axis among x and y."""
+    axis = int(np.abs(rotation[2, :2]).argmin())
+    return float(np.arctan2(rotation[1, axis], rotation[0, axis]))

@@ -1,0 +1,240 @@
+"""Looking for placements that resemble the demonstration: many proposals, then near the best."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from spatial_relations_ros.core import Pose, Scene
+from spatial_relations_ros.core.rotations import tilt_angle_rad
+from spatial_relations_ros.imitation.feasibility import MAX_PENETRATION
+from spatial_relations_ros.imitation.manipulation import obstacle_depths
+from spatial_relations_ros.imitation.objective import Objective
+from spatial_relations_ros.imitation.options import ImitationOptions
+from spatial_relations_ros.imitation.pose_optimizer import PoseBatch, evaluate
+from spatial_relations_ros.imitation.poses import pose_tensors, row_poses
+from spatial_relations_ros.imitation.proposals import Proposal, Proposer, resting_orientations
+from spatial_relations_ros.imitation.statics import rests
+from spatial_relations_ros.imitation.tabletop import Tabletop
+from spatial_relations_ros.placement.body import Placed
+from spatial_relations_ros.placement.resting import about_z
+from spatial_relations_ros.placement.settling import Manner, settle
+
+_CHUNK = 8
+_WIDE_SHARE = 0.5
+_NUM_PARENTS = 5
+_SAME_HEIGHT = 0.004
+_SAME_TILT_RAD = 0.05
+
+PosePair = tuple[Pose, Pose]
+
+
+@dataclass(frozen=True, eq=False)
+class Candidate:
+    """A placement that was compared with the demonstration.
+
+    Attributes:
+        poses: world_from_object of base and relative.
+        distance: under the metric, over one heading.
+        cost: distance and penalties; smaller is better.
+        manner: in which the pair rests; None for poses that were not placed by a rule.
+        proposal: it came from, on the table; None likewise.
+    """
+
+    poses: PosePair
+    distance: float
+    cost: float
+    manner: Manner | None = None
+    proposal: Proposal | None = None
+
+
+class PlacementSearch:
+    """Proposes placements, first of all kinds, then more of those that come nearest.
+
+    Only the objects that may move are moved. A base that moves stays above its present place, in
+    any orientation in which it rests; a base that alone moves is brought to the relative.
+    """
+
+    def __init__(
+        self,
+        test: Scene,
+        objective: Objective,
+        tabletop: Tabletop,
+        movable: tuple[bool, bool],
+        options: ImitationOptions,
+    ) -> None:
+        """Lists what can be proposed; see :class:`Proposer`."""
+        self._test, self._objective, self._tabletop = test, objective, tabletop
+        self._movable, self._options = movable, options
+        self._rng = np.random.default_rng(options.seed)
+        base, relative = (
+            tabletop.placed(role, item.world_from_object) for role, item in enumerate(test.objects)
+        )
+        self._relative = relative
+        bases = [base]
+        if movable[0]:
+            bases = _standing_bases(base, upright=options.keep_upright)
+        orientations = [relative.rotation]
+        if movable[1]:
+            orientations = resting_orientations(relative.body, relative.rotation)
+            orientations = orientations[:1] if options.keep_upright else orientations
+        may_lean = movable[1] and not options.keep_upright
+        heading = objective.heading
+        self._proposer = Proposer(
+            bases,
+            relative.body,
+            orientations,
+            self._rng,
+            may_lean=may_lean,
+            heading=None if heading is None else heading.double().numpy(),
+        )
+
+    def run(self) -> Iterator[list[Candidate]]:
+        """Candidates, a handful at a time; stop whenever there is no more time."""
+        found: list[Candidate] = []
+        cells = len(self._proposer.cells)
+        if not cells:
+            return
+        wide = max(round(_WIDE_SHARE * self._options.num_proposals), cells)
+        # Each kind once, in random order, before any comes twice.
+        order = [idx for _ in range(-(-wide // cells)) for idx in self._rng.permutation(cells)]
+        for start in range(0, wide, _CHUNK):
+            drawn = [self._proposer.draw(idx) for idx in order[start : min(start + _CHUNK, wide)]]
+            found += (chunk := self._compared(drawn))
+            yield chunk
+        for _ in range(max(self._options.num_proposals - wide, 0) // _CHUNK):
+            if not found:
+                return
+            found += (chunk := self.more(found))
+            yield chunk
+
+    def more(self, found: Sequence[Candidate]) -> list[Candidate]:
+        """Some more like the best of what was found."""
+        return self._compared(self._near_the_best(found))
+
+    def _near_the_best(self, found: Sequence[Candidate]) -> list[Proposal | None]:
+        best = sorted(found, key=lambda candidate: candidate.cost)
+        parents = [c.proposal for c in best[:_NUM_PARENTS] if c.proposal is not None]
+        cells = list(dict.fromkeys(c.proposal.cell for c in best if c.proposal is not None))
+        drawn = [self._proposer.vary(parent) for parent in parents]
+        return drawn + [self._proposer.draw(cell) for cell in cells[: _CHUNK - len(parents)]]
+
+    def settled(self, candidate: Candidate, *, exact: bool = True) -> Candidate | None:
+        """The candidate brought to rest in its manner; its distance is not measured again.
+
+        Args:
+            candidate: nearly at rest.
+            exact: with all points of contact rather than with a quarter of them.
+
+        Returns:
+            None when it cannot rest in that manner.
+        """
+        base, relative = (
+            self._tabletop.placed(role, pose) for role, pose in enumerate(candidate.poses)
+        )
+        if self._movable[0]:
+            base = base.on_table()
+        if not exact:
+            base, relative = base.coarse(), relative.coarse()
+        manners = (candidate.manner,) if candidate.manner else (Manner.LOWERED, Manner.DROPPED)
+        for manner in manners:
+            placed = settle(manner, relative, base)
+            if placed is not None:
+                break
+        else:
+            return None
+        cell = candidate.proposal.cell if candidate.proposal else 0
+        proposal = Proposal(base, placed, manner, cell)
+        poses = self._poses(proposal)
+        if poses is None:
+            return None
+        return Candidate(poses, candidate.distance, candidate.cost, manner, proposal)
+
+    def stays(self, candidate: Candidate) -> bool:
+        """Whether friction holds a placed candidate where it is."""
+        if candidate.proposal is None:
+            return False
+        base, relative = candidate.proposal.base, candidate.proposal.relative
+        return rests(relative, base) and (not self._movable[0] or rests(base, relative))
+
+    def measured(self, candidates: Sequence[Candidate]) -> list[Candidate]:
+        """The same placements with their distances and costs."""
+        if not candidates:
+            return []
+        batch = self._evaluate([candidate.poses for candidate in candidates])
+        return [
+            Candidate(c.poses, float(distance), float(cost), c.manner, c.proposal)
+            for c, distance, cost in zip(candidates, batch.distances, batch.costs, strict=True)
+        ]
+
+    def refined(self, batch: PoseBatch, starts: Sequence[Candidate]) -> list[Candidate]:
+        """What became of starts in the optimiser, brought to rest in the starts' manners."""
+        moved = [
+            Candidate(
+                row_poses(batch, row, self._objective.origin),
+                float(batch.distances[row]),
+                float(batch.costs[row]),
+                start.manner,
+                start.proposal,
+            )
+            for row, start in enumerate(starts)
+        ]
+        settled = [self.settled(candidate, exact=False) for candidate in moved]
+        return self.measured([candidate for candidate in settled if candidate is not None])
+
+    def batch(self, candidates: Sequence[Candidate]) -> PoseBatch:
+        """Candidates as the optimiser takes them."""
+        return self._evaluate([candidate.poses for candidate in candidates])
+
+    def _evaluate(self, pairs: Sequence[PosePair]) -> PoseBatch:
+        scenes = [self._test.with_poses(*pair) for pair in pairs]
+        rotations, translations = pose_tensors(scenes, self._objective.origin)
+        return evaluate(self._objective, rotations, translations, at_rest=True)
+
+    def _compared(self, proposals: Sequence[Proposal | None]) -> list[Candidate]:
+        placed = [(p, self._poses(p)) for p in proposals if p is not None]
+        usable = [
+            Candidate(poses, np.inf, np.inf, proposal.manner, proposal)
+            for proposal, poses in placed
+            if poses is not None
+        ]
+        return self.measured([c for c in usable if self._is_free(c.poses)])
+
+    def _is_free(self, poses: PosePair) -> bool:
+        """Whether what moves is clear of the obstacles."""
+        return all(
+            obstacle_depths(self._objective.shapes[role], [poses[role]], self._options.obstacles)[
+                0
+            ]
+            <= MAX_PENETRATION
+            for role in (0, 1)
+            if self._movable[role] and self._options.obstacles
+        )
+
+    def _poses(self, proposal: Proposal) -> PosePair | None:
+        """World poses; None when a relative that must not move would have to."""
+        base, relative = proposal.base, proposal.relative
+        if not self._movable[1]:
+            now = self._relative
+            turn = now.rotation @ relative.rotation.T
+            height = float(now.translation[2] - relative.translation[2])
+            if tilt_angle_rad(turn) > _SAME_TILT_RAD or abs(height) > _SAME_HEIGHT:
+                return None
+            yaw = about_z(float(np.arctan2(turn[1, 0], turn[0, 0])))
+            shift = now.translation - yaw @ relative.translation
+            moved = Placed(base.body, yaw @ base.rotation, yaw @ base.translation + shift)
+            return self._tabletop.pose(0, moved.on_table()), self._test.relative.world_from_object
+        base_pose = self._test.base.world_from_object
+        if self._movable[0]:
+            base_pose = self._tabletop.pose(0, base)
+        return base_pose, self._tabletop.pose(1, relative)
+
+
+def _standing_bases(base: Placed, *, upright: bool) -> list[Placed]:
+    """The base on the table at its place, in the ways in which it rests."""
+    orientations = resting_orientations(base.body, base.rotation)
+    orientations = orientations[:1] if upright else orientations
+    level = base.translation * [1.0, 1.0, 0.0]
+    return [Placed(base.body, rotation, level).on_table() for rotation in orientations]
