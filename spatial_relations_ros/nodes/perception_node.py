@@ -7,6 +7,7 @@ import math
 import sys
 import threading
 import time
+from collections import Counter
 from collections.abc import Sequence
 from typing import Any
 
@@ -40,6 +41,7 @@ from spatial_relations_ros.perception.messages import (
     stamp_ns,
 )
 from spatial_relations_ros.perception.point_cloud2 import read_xyz
+from spatial_relations_ros.perception.track_state import TrackState
 from spatial_relations_ros.ros import qos
 from spatial_relations_ros.ros.conversions import (
     header_to_msg,
@@ -212,12 +214,23 @@ class PerceptionNode(RelationsNode):
         if latest is None:
             return State(OK, 'waiting for the first cloud')
         values: dict[str, object] = {'age_sec': f'{age_sec:.1f}'}
-        for object_id, item in latest.objects.items():
-            values[object_id] = f'{item.source.name}, support {item.support:.2f}'
-        values |= {object_id: f'rejected: {why}' for object_id, why in latest.rejected.items()}
+        values |= latest.rejected
+        values |= {key: _state_words(latest, key) for key in sorted(latest.states)}
         if latest.problem is not None:
             return State(WARN, latest.problem, values)
-        return State(OK, f'{len(latest.objects)} objects', values)
+        counts = Counter(status.state for status in latest.states.values())
+        message = ', '.join(f'{counts[state]} {state}' for state in TrackState if counts[state])
+        is_good = set(counts) <= {TrackState.TRACKED}
+        return State(OK if is_good else WARN, message or 'no objects', values)
+
+
+def _state_words(result: FrameResult, object_id: str) -> str:
+    status = result.states[object_id]
+    if status.reason:
+        return f'{status.state}: {status.reason}'
+    item = result.objects[object_id]
+    support = 'not checked' if math.isnan(status.support) else f'{100 * status.support:.0f} %'
+    return f'{status.state}: {item.source.name}, support {support}'
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

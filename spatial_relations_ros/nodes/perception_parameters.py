@@ -5,9 +5,18 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-from spatial_relations_ros.core import ConfigError
+import numpy as np
+
+from spatial_relations_ros.core import ConfigError, InvalidPoseError, Pose
+from spatial_relations_ros.core.rotations import wxyz_from_xyzw
+from spatial_relations_ros.perception.border import StampedTransform
 from spatial_relations_ros.perception.config import PerceptionConfig
+from spatial_relations_ros.perception.evidence import SupportConfig
+from spatial_relations_ros.perception.frames import TransformBufferConfig
+from spatial_relations_ros.perception.jumps import JumpConfig
 from spatial_relations_ros.perception.object_models import ModelSource, NoModels
+from spatial_relations_ros.perception.refine import RefineConfig
+from spatial_relations_ros.perception.track_state import TrackStateConfig
 from spatial_relations_ros.perception.tracks import TrackConfig
 from spatial_relations_ros.pipeline import LibraryModels, Pipeline
 from spatial_relations_ros.ros.parameters import Parameters, ParameterSpec
@@ -80,11 +89,99 @@ PERCEPTION_PARAMETERS = (
     ),
     ParameterSpec(
         'min_support',
-        DEFAULTS.min_support,
-        'Share of a model that the cloud must confirm; 0 believes every tracker.',
+        DEFAULTS.support.min_support,
+        "Share of a model's visible surface that the cloud must confirm; 0 believes every "
+        'tracker.',
         minimum=0.0,
         maximum=1.0,
         is_fixed=True,
+    ),
+    ParameterSpec(
+        'support_hysteresis',
+        DEFAULTS.support.hysteresis,
+        'How much more support than min_support it takes to believe a new pose.',
+        minimum=0.0,
+        maximum=1.0,
+        is_fixed=True,
+    ),
+    ParameterSpec(
+        'support_tolerance',
+        DEFAULTS.support.tolerance,
+        'Depth difference that is still the same surface, metres.',
+        minimum=0.001,
+        maximum=0.5,
+        is_fixed=True,
+    ),
+    ParameterSpec(
+        'lost_after',
+        DEFAULTS.states.lost_after_sec,
+        'An object without support is UNCERTAIN for this long, then LOST, seconds.',
+        minimum=0.0,
+        maximum=60.0,
+        is_fixed=True,
+    ),
+    ParameterSpec(
+        'recover_after',
+        DEFAULTS.states.recover_sec,
+        'How long clouds must confirm a lost object, seconds.',
+        minimum=0.0,
+        maximum=60.0,
+        is_fixed=True,
+    ),
+    ParameterSpec(
+        'max_speed',
+        DEFAULTS.jumps.max_speed,
+        'A tracked pose that moves faster has jumped, m/s.',
+        minimum=0.1,
+        maximum=1e6,
+        is_fixed=True,
+    ),
+    ParameterSpec(
+        'jump_settle',
+        DEFAULTS.jumps.settle_sec,
+        'How long clouds must confirm an object that has jumped, seconds.',
+        minimum=0.0,
+        maximum=60.0,
+        is_fixed=True,
+    ),
+    ParameterSpec(
+        'swap_settle',
+        DEFAULTS.jumps.swap_settle_sec,
+        'How long clouds must confirm two objects that have changed places at once, seconds.',
+        minimum=0.0,
+        maximum=600.0,
+        is_fixed=True,
+    ),
+    ParameterSpec(
+        'use_uncertain',
+        DEFAULTS.use_uncertain,
+        'Give scenes of UNCERTAIN objects too; those of LOST objects are never given.',
+        is_fixed=True,
+    ),
+    ParameterSpec(
+        'refine',
+        DEFAULTS.refine.is_on,
+        'Move poses of objects with a model to what the cloud shows (point-to-plane ICP), where '
+        'support rises.',
+        is_fixed=True,
+    ),
+    ParameterSpec(
+        'max_extrapolation',
+        DEFAULTS.transforms.max_extrapolation_sec,
+        'How far outside of its samples a moving transform is believed, seconds.',
+        minimum=0.0,
+        maximum=60.0,
+        is_fixed=True,
+    ),
+    ParameterSpec(
+        'camera_pose',
+        '',
+        "Pose of the cloud's frame in world_frame where /tf does not tell: "
+        '"x y z qx qy qz qw", metres.',
+        is_fixed=True,
+    ),
+    ParameterSpec(
+        'camera_frame', '', 'Frame of the cloud that camera_pose is for.', is_fixed=True
     ),
     ParameterSpec(
         'max_range',
@@ -102,6 +199,7 @@ def make_pipeline(parameters: Parameters) -> Pipeline:
 
     Raises:
         ConfigError: when a value cannot be used.
+        FrameTransformError: when camera_frame is the world itself.
         DatasetFormatError: when the models' folder does not exist.
     """
     ordered_pairs(parameters.texts('pairs'))
@@ -112,10 +210,64 @@ def make_pipeline(parameters: Parameters) -> Pipeline:
             max_age_sec=parameters.number('max_track_age'),
             min_confidence=parameters.number('min_confidence'),
         ),
-        min_support=parameters.number('min_support'),
+        transforms=TransformBufferConfig(
+            max_extrapolation_sec=parameters.number('max_extrapolation')
+        ),
+        support=SupportConfig(
+            min_support=parameters.number('min_support'),
+            hysteresis=parameters.number('support_hysteresis'),
+            tolerance=parameters.number('support_tolerance'),
+        ),
+        jumps=JumpConfig(
+            max_speed=parameters.number('max_speed'),
+            settle_sec=parameters.number('jump_settle'),
+            swap_settle_sec=parameters.number('swap_settle'),
+        ),
+        states=TrackStateConfig(
+            lost_after_sec=parameters.number('lost_after'),
+            recover_sec=parameters.number('recover_after'),
+        ),
+        use_uncertain=parameters.flag('use_uncertain'),
+        refine=RefineConfig(is_on=parameters.flag('refine')),
         max_range=parameters.number('max_range'),
     )
-    return Pipeline(config, model_source(parameters.text('models_path')))
+    pipeline = Pipeline(config, model_source(parameters.text('models_path')))
+    camera = camera_transform(
+        parameters.text('camera_pose'), parameters.text('camera_frame'), config.world_frame
+    )
+    if camera is not None:
+        pipeline.add_transform(camera)
+    return pipeline
+
+
+def camera_transform(pose: str, frame_id: str, world_frame: str) -> StampedTransform | None:
+    """The static transform of the parameters ``camera_pose`` and ``camera_frame``.
+
+    Args:
+        pose: "x y z qx qy qz qw", or empty.
+        frame_id: of the cloud.
+        world_frame: in which the pose is given.
+
+    Returns:
+        None when no pose is given.
+
+    Raises:
+        ConfigError: when the pose is none, or comes without a frame.
+    """
+    if not pose.strip():
+        return None
+    if not frame_id:
+        raise ConfigError('camera_pose needs camera_frame, the frame_id of the clouds')
+    try:
+        numbers = np.array([float(word) for word in pose.replace(',', ' ').split()])
+        if len(numbers) != 7:
+            raise ValueError(f'{len(numbers)} numbers')
+        world_from_camera = Pose(numbers[:3], wxyz_from_xyzw(numbers[3:]))
+    except (ValueError, InvalidPoseError) as error:
+        raise ConfigError(
+            f'camera_pose is {pose!r}, expected "x y z qx qy qz qw": {error}'
+        ) from error
+    return StampedTransform(world_frame, frame_id, 0, world_from_camera, is_static=True)
 
 
 def model_source(folder: str) -> ModelSource:

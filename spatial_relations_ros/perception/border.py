@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from spatial_relations_ros.core import Pose, Scene, SceneObject, UnknownObjectError
 from spatial_relations_ros.perception.point_cloud2 import PointCloud
+from spatial_relations_ros.perception.track_state import TrackStatus
 
 
 @dataclass(frozen=True, eq=False)
@@ -92,6 +93,8 @@ class FrameResult:
         frame_id: name of the world frame, z up, that all poses are in.
         objects: by object id, in the order of the ids.
         rejected: object id -> why it is not among ``objects``, in words.
+        states: object id -> how far its tracked pose is believed; empty when there is a problem
+            with the whole frame.
         problem: why the whole frame cannot be used, or None.
         num_points: number of finite points of the cloud.
         table_height: world z of the plane that the objects stand on, metres; None if none is seen.
@@ -103,6 +106,7 @@ class FrameResult:
     frame_id: str
     objects: Mapping[str, SceneObject] = field(default_factory=dict)
     rejected: Mapping[str, str] = field(default_factory=dict)
+    states: Mapping[str, TrackStatus] = field(default_factory=dict)
     problem: str | None = None
     num_points: int = 0
     table_height: float | None = None

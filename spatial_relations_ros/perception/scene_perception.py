@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
-from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from spatial_relations_ros.core import (
     CloudFormatError,
@@ -18,39 +15,37 @@ from spatial_relations_ros.core import (
     Pose,
     SceneObject,
 )
-from spatial_relations_ros.perception.border import Frame, FrameResult, StampedTransform
-from spatial_relations_ros.perception.camera import PinholeCamera, estimate_camera
+from spatial_relations_ros.perception.beliefs import Beliefs
+from spatial_relations_ros.perception.border import (
+    Frame,
+    FrameResult,
+    StampedTransform,
+    TrackedPose,
+)
+from spatial_relations_ros.perception.camera import estimate_camera
 from spatial_relations_ros.perception.config import PerceptionConfig
-from spatial_relations_ros.perception.cropping import crop_object, points_near, without_models
-from spatial_relations_ros.perception.frames import TransformBuffer
+from spatial_relations_ros.perception.evidence import judge_rival, judge_support, support_at
+from spatial_relations_ros.perception.frames import TransformBuffer, clean_frame_id
 from spatial_relations_ros.perception.object_models import KnownModel, ModelSource, NoModels
-from spatial_relations_ros.perception.point_cloud2 import PointCloud
+from spatial_relations_ros.perception.observed import ObservedObjects
+from spatial_relations_ros.perception.refine import PoseRefiner
 from spatial_relations_ros.perception.series import NS_PER_SEC
-from spatial_relations_ros.perception.support import count_support
-from spatial_relations_ros.perception.table import Plane, find_table
+from spatial_relations_ros.perception.surroundings import (
+    obstacles,
+    table_around,
+    table_height,
+    thin_world_points,
+)
+from spatial_relations_ros.perception.track_state import (
+    Evidence,
+    Observation,
+    TrackState,
+    TrackStatus,
+)
 from spatial_relations_ros.perception.tracks import TrackBuffer, TrackRejectedError
+from spatial_relations_ros.perception.view import View
 
-
-@dataclass(frozen=True, eq=False)
-class _View:
-    """One cloud, its camera, where it is in the world, and the table in it."""
-
-    cloud: PointCloud
-    camera: PinholeCamera | None
-    world_from_cloud: NDArray[np.float64]
-    table: Plane | None
-
-    def to_world(self, points: NDArray[np.floating]) -> NDArray[np.float64]:
-        """Points (..., 3) of the cloud's frame in the world."""
-        matrix = self.world_from_cloud
-        world_points: NDArray[np.float64] = points @ matrix[:3, :3].T + matrix[:3, 3]
-        return world_points
-
-    def to_cloud(self, points: NDArray[np.floating]) -> NDArray[np.float64]:
-        """Points (..., 3) of the world in the cloud's frame."""
-        matrix = self.world_from_cloud
-        cloud_points: NDArray[np.float64] = (points - matrix[:3, 3]) @ matrix[:3, :3]
-        return cloud_points
+Seen = tuple[SceneObject | None, Observation]
 
 
 class ScenePerception:
@@ -71,6 +66,11 @@ class ScenePerception:
         self.transforms = TransformBuffer(self.config.transforms)
         self._models = models or NoModels()
         self._tracks = TrackBuffer(self.config.tracks)
+        self._beliefs = Beliefs(self.config)
+        self._refiner = PoseRefiner(self.config.refine) if self.config.refine.is_on else None
+        self._observed = ObservedObjects(
+            self.config.crop, self.config.accumulation, tolerance=self.config.support.tolerance
+        )
         self._last_stamp_ns: int | None = None
 
     def add_transform(self, transform: StampedTransform) -> None:
@@ -82,8 +82,10 @@ class ScenePerception:
         self.transforms.add(transform)
 
     def reset(self) -> None:
-        """Forgets tracked poses and moving transforms, as after a jump of the clock."""
+        """Forgets objects and moving transforms, as after a jump of the clock."""
         self._tracks.clear()
+        self._beliefs.clear()
+        self._observed.clear()
         self.transforms.forget_moving()
         self._last_stamp_ns = None
 
@@ -105,31 +107,36 @@ class ScenePerception:
             )
         except FrameTransformError as error:
             return self._unusable(frame, f'the cloud cannot be used: {error}')
-        poses, rejected = self._poses(frame.stamp_ns)
-        thin_points = self._thin_world_points(frame.cloud, world_from_cloud)
-        table = self._find_table(thin_points, poses)
+        poses, refused = self._poses(frame.stamp_ns, faults)
+        known, rejected = self._known(poses)
+        thin_points = thin_world_points(frame.cloud, world_from_cloud, self.config)
+        table = table_around(thin_points, poses, self.config)
         camera = estimate_camera(frame.cloud)
-        view = _View(frame.cloud, camera, world_from_cloud.as_matrix(), table)
-        known = self._known(poses, rejected)
-        objects: dict[str, SceneObject] = {}
-        for object_id in poses:
-            try:
-                objects[object_id] = (
-                    self._from_model(object_id, *known[object_id], view)
-                    if object_id in known
-                    else self._from_cloud(object_id, poses, known, view)
-                )
-            except (TrackRejectedError, InvalidSceneError) as error:
-                rejected[object_id] = str(error)
-        unread = {object_id: faults[object_id] for object_id in faults if object_id not in objects}
+        view = View(frame.cloud, camera, world_from_cloud.as_matrix(), table)
+        if self._refiner is not None:
+            self._refine(self._refiner, known, view)
+            poses |= {object_id: pose for object_id, (_, pose) in known.items()}
+        seen = {object_id: self._see(object_id, poses, known, view) for object_id in poses}
+        objects, states = self._believed(frame.stamp_ns, seen, refused)
+        rejected |= {key: status.reason for key, status in states.items() if key not in objects}
+        unread = {key: reason for key, reason in faults.items() if key not in objects}
         return FrameResult(
             stamp_ns=frame.stamp_ns,
             frame_id=self.config.world_frame,
             objects=objects,
             rejected=unread | rejected,
+            states=states,
             num_points=num_points,
-            table_height=_table_height(table, poses, thin_points),
-            obstacles=self._obstacles(thin_points, table, objects, known),
+            table_height=table_height(table, poses, thin_points),
+            obstacles=obstacles(
+                thin_points,
+                table,
+                [known[object_id] for object_id in objects if object_id in known],
+                objects.values(),
+                self.config.crop.table_margin,
+            )
+            if self.config.find_obstacles
+            else None,
         )
 
     def _remember(self, frame: Frame) -> dict[str, str]:
@@ -144,8 +151,17 @@ class ScenePerception:
                 self.transforms.add(transform)
             except FrameTransformError as error:
                 faults[transform.child_frame] = str(error)
+                continue
+            child, parent = (
+                clean_frame_id(name) for name in (transform.child_frame, transform.parent_frame)
+            )
+            if child in self.config.object_frames and not transform.is_static:
+                pose = transform.parent_from_child
+                self._beliefs.add(TrackedPose(child, transform.stamp_ns, parent, pose))
         for track in frame.tracks:
             self._tracks.add(track)
+            self._beliefs.add(track)
+        self._beliefs.doubt_jumps()
         return faults
 
     def _unusable(self, frame: Frame, problem: str) -> FrameResult:
@@ -158,10 +174,12 @@ class ScenePerception:
             num_points=frame.cloud.num_finite,
         )
 
-    def _poses(self, stamp_ns: int) -> tuple[dict[str, Pose], dict[str, str]]:
-        """``world_from_object`` of each object that is believed, and why others are not."""
+    def _poses(
+        self, stamp_ns: int, faults: Mapping[str, str]
+    ) -> tuple[dict[str, Pose], dict[str, str]]:
+        """``world_from_object`` of each object that has one now, and why others have none."""
         poses: dict[str, Pose] = {}
-        rejected: dict[str, str] = {}
+        refused: dict[str, str] = {}
         world = self.config.world_frame
         for object_id in sorted({*self._tracks.object_ids, *self.config.object_frames}):
             try:
@@ -172,14 +190,17 @@ class ScenePerception:
                 else:
                     poses[object_id] = self.transforms.lookup(world, object_id, stamp_ns)
             except (TrackRejectedError, FrameTransformError, InvalidPoseError) as error:
-                rejected[object_id] = str(error)
-        return poses, rejected
+                refused[object_id] = str(error)
+                if object_id in faults:
+                    refused[object_id] += f'; since then: {faults[object_id]}'
+        return poses, refused
 
     def _known(
-        self, poses: dict[str, Pose], rejected: dict[str, str]
-    ) -> dict[str, tuple[KnownModel, Pose]]:
+        self, poses: dict[str, Pose]
+    ) -> tuple[dict[str, tuple[KnownModel, Pose]], dict[str, str]]:
         """The models of those objects that have one; an object with a bad model is refused."""
-        known = {}
+        known: dict[str, tuple[KnownModel, Pose]] = {}
+        rejected: dict[str, str] = {}
         for object_id in tuple(poses):
             try:
                 model = self._models.find(object_id)
@@ -189,105 +210,102 @@ class ScenePerception:
                 continue
             if model is not None:
                 known[object_id] = model, poses[object_id]
-        return known
+        return known, rejected
 
-    def _thin_world_points(self, cloud: PointCloud, world_from_cloud: Pose) -> NDArray[np.float64]:
-        points = cloud.decimated(self.config.thin_stride).points
-        in_range = np.einsum('ij,ij->i', points, points) <= self.config.max_range**2
-        return world_from_cloud.apply(points[in_range])
+    @staticmethod
+    def _refine(
+        refiner: PoseRefiner, known: dict[str, tuple[KnownModel, Pose]], view: View
+    ) -> None:
+        """Moves poses to what is seen, the lowest object first: others stand on it."""
+        for object_id in sorted(known, key=lambda key: float(known[key][1].translation[2])):
+            model, pose = known[object_id]
+            others = [
+                known[other_id]
+                for other_id in known
+                if other_id != object_id and _are_near(pose, known[other_id][1])
+            ]
+            known[object_id] = model, refiner.refined(model, pose, view, others)
 
-    def _find_table(
-        self, world_points: NDArray[np.float64], poses: Mapping[str, Pose]
-    ) -> Plane | None:
-        """The table around and below the objects; the floor beside it is larger in many views."""
-        if poses:
-            centres = np.array([pose.translation for pose in poses.values()])
-            reach = self.config.table_reach
-            low, high = centres.min(axis=0) - reach, centres.max(axis=0) + reach
-            high[2] = centres[:, 2].max()
-            world_points = world_points[((world_points >= low) & (world_points <= high)).all(1)]
-        return find_table(world_points, np.random.default_rng(self.config.seed))
+    def _see(
+        self,
+        object_id: str,
+        poses: Mapping[str, Pose],
+        known: Mapping[str, tuple[KnownModel, Pose]],
+        view: View,
+    ) -> Seen:
+        """One object at its pose, and what the cloud says about it."""
+        try:
+            if object_id in known:
+                return self._from_model(object_id, *known[object_id], view)
+            return self._from_cloud(object_id, poses, known, view)
+        except InvalidSceneError as error:
+            return None, Observation(Evidence.CONTRADICTED, reason=str(error))
 
-    def _from_model(
-        self, object_id: str, model: KnownModel, pose: Pose, view: _View
-    ) -> SceneObject:
-        support = math.nan
-        if view.camera is not None:
-            count = count_support(
-                view.to_cloud(pose.apply(model.support_points)),
-                view.cloud,
-                view.camera,
-                tolerance=self.config.support_tolerance,
-            )
-            support = count.support
-        if support < self.config.min_support:
-            raise TrackRejectedError(
-                f'the tracked pose has no support in the cloud ({100 * support:.0f} %, '
-                f'at least {100 * self.config.min_support:.0f} % is needed)'
-            )
-        return SceneObject(object_id, model.points, pose, CloudSource.MODEL, support, model.mesh)
+    def _from_model(self, object_id: str, model: KnownModel, pose: Pose, view: View) -> Seen:
+        config = self.config.support
+        support = support_at(model.support_points, pose, view, config.tolerance)
+        observation = judge_support(support, view, config)
+        rival_id = self._beliefs.rival_of(object_id)
+        rival = None if rival_id is None else self._model_of(rival_id)
+        if rival_id is not None and rival is not None:
+            rival_support = support_at(rival.support_points, pose, view, config.tolerance)
+            observation = judge_rival(observation, rival_id, rival_support, config)
+        item = SceneObject(object_id, model.points, pose, CloudSource.MODEL, support, model.mesh)
+        return item, observation
+
+    def _model_of(self, object_id: str) -> KnownModel | None:
+        try:
+            return self._models.find(object_id)
+        except CloudFormatError:  # said where the object itself is looked for
+            return None
 
     def _from_cloud(
         self,
         object_id: str,
         poses: Mapping[str, Pose],
         known: Mapping[str, tuple[KnownModel, Pose]],
-        view: _View,
-    ) -> SceneObject:
-        crop, pose = self.config.crop, poses[object_id]
-        centre = view.to_cloud(pose.translation)
-        rivals = [
-            other.translation
-            for other_id, other in poses.items()
-            if other_id not in known and other_id != object_id and _are_near(pose, other)
-        ]
-        points = crop_object(
-            view.to_world(points_near(view.cloud, view.camera, centre, crop.radius)),
-            pose.translation,
-            view.table,
+        view: View,
+    ) -> Seen:
+        pose = poses[object_id]
+        sighting = self._observed.see(
+            object_id,
+            pose,
+            view,
             [(model, other) for model, other in known.values() if _are_near(pose, other)],
-            rivals,
-            crop,
+            [
+                other
+                for other_id, other in poses.items()
+                if other_id not in known and other_id != object_id and _are_near(pose, other)
+            ],
         )
-        if points is None:
-            raise TrackRejectedError(
-                f'there is no model, and nothing of its own is seen within {crop.radius:.2f} m '
-                'of the tracked pose'
-            )
-        object_points = pose.inverse().apply(points).astype(np.float32)
-        return SceneObject(object_id, object_points, pose, CloudSource.OBSERVED)
+        if not sighting.is_consistent:
+            self._beliefs.doubt_looks(object_id)
+        if sighting.points is None:
+            return None, sighting.observation
+        item = SceneObject(object_id, sighting.points, pose, CloudSource.OBSERVED)
+        return item, sighting.observation
 
-    def _obstacles(
-        self,
-        thin_points: NDArray[np.float64],
-        table: Plane | None,
-        objects: Mapping[str, SceneObject],
-        known: Mapping[str, tuple[KnownModel, Pose]],
-    ) -> NDArray[np.float32] | None:
-        if not self.config.find_obstacles:
-            return None
-        crop = self.config.crop
-        points = thin_points
-        if table is not None:
-            points = points[table.heights(points) > crop.table_margin]
-        points = without_models(points, [known[i] for i in objects if i in known], 0.02)
-        for item in objects.values():
-            if item.source == CloudSource.OBSERVED:
-                seen = KnownModel(item.points)
-                points = without_models(points, [(seen, item.world_from_object)], 0.02)
-        return points.astype(np.float32)
+    def _believed(
+        self, stamp_ns: int, seen: Mapping[str, Seen], refused: Mapping[str, str]
+    ) -> tuple[dict[str, SceneObject], dict[str, TrackStatus]]:
+        """The objects that may be used, and the states of all."""
+        observations = {object_id: observation for object_id, (_, observation) in seen.items()}
+        for object_id, reason in refused.items():
+            observations[object_id] = Observation(Evidence.CONTRADICTED, reason=reason)
+        self._observed.keep(frozenset(observations))
+        states = self._beliefs.update(stamp_ns, observations)
+        objects: dict[str, SceneObject] = {}
+        for object_id, status in states.items():
+            item = seen[object_id][0] if object_id in seen else None
+            usable = status.state is TrackState.TRACKED or (
+                status.state is TrackState.UNCERTAIN and self.config.use_uncertain
+            )
+            if item is not None and usable:
+                objects[object_id] = item
+            if status.state is TrackState.LOST:
+                self._observed.forget(object_id)
+        return objects, states
 
 
 def _are_near(first: Pose, second: Pose) -> bool:
     return bool(np.linalg.norm(first.translation - second.translation) < 1.0)
-
-
-def _table_height(
-    table: Plane | None, poses: Mapping[str, Pose], thin_points: NDArray[np.float64]
-) -> float | None:
-    """World z of the table in the middle of the objects."""
-    if table is None:
-        return None
-    places = np.array([pose.translation for pose in poses.values()]) if poses else thin_points
-    x, y, _ = places.mean(axis=0)
-    return table.z_at(float(x), float(y))

@@ -47,7 +47,12 @@ class SupportCount:
 
 
 def count_support(
-    points: NDArray[np.floating], cloud: PointCloud, camera: PinholeCamera, *, tolerance: float
+    points: NDArray[np.floating],
+    cloud: PointCloud,
+    camera: PinholeCamera,
+    *,
+    tolerance: float,
+    is_sunk: NDArray[np.bool_] | None = None,
 ) -> SupportCount:
     """Compares a model with the measured depth, pixel by pixel.
 
@@ -56,22 +61,28 @@ def count_support(
         cloud: the organised live cloud.
         camera: the camera that made it.
         tolerance: depth difference that is still the same surface, metres.
+        is_sunk: (N,) points that would be inside of the table. What hides them speaks against
+            the pose, since no object is there.
     """
     points = np.asarray(points, dtype=np.float64)
-    points = points[points[:, 2] > MIN_DEPTH]
+    in_front = points[:, 2] > MIN_DEPTH
+    points = points[in_front]
+    sunk = np.zeros(len(points), dtype=bool) if is_sunk is None else is_sunk[in_front]
     columns, rows = camera.project(points)
-    visible = _visible(columns, rows, points[:, 2], tolerance)
+    visible = visible_points(columns, rows, points[:, 2], tolerance)
     columns, rows, depths = columns[visible], rows[visible], points[visible, 2]
     inside = (columns >= 1) & (columns < camera.width - 1)
     inside &= (rows >= 1) & (rows < camera.height - 1)
     num_outside = int(np.count_nonzero(~inside))
     columns, rows, depths = columns[inside], rows[inside], depths[inside]
+    sunk = sunk[visible][inside]
     depth_image = cloud.xyz[..., 2]
     confirmed = np.abs(depth_image[rows, columns] - depths) <= tolerance
     num_confirmed = int(np.count_nonzero(confirmed))
     # Where its own pixel does not confirm a point, a neighbour may: the pose jitters by about a
     # pixel, and the sensor leaves out pixels at edges.
     rows, columns, depths = rows[~confirmed], columns[~confirmed], depths[~confirmed]
+    sunk = sunk[~confirmed]
     shift = np.array([-1, 0, 1])
     row_idx = rows[:, None, None] + shift[:, None]
     column_idx = columns[:, None, None] + shift
@@ -80,6 +91,8 @@ def count_support(
     confirmed = (np.abs(behind) <= tolerance).any(axis=1)
     occluded = ~confirmed & (behind < -tolerance).any(axis=1)
     contradicted = ~confirmed & ~occluded & (behind > tolerance).any(axis=1)
+    contradicted |= occluded & sunk
+    occluded &= ~sunk
     num_unmeasured = int(np.count_nonzero(~(confirmed | occluded | contradicted)))
     return SupportCount(
         num_confirmed=num_confirmed + int(np.count_nonzero(confirmed)),
@@ -89,13 +102,44 @@ def count_support(
     )
 
 
-def _visible(
+def looked_through(
+    points: NDArray[np.floating], cloud: PointCloud, camera: PinholeCamera, *, tolerance: float
+) -> NDArray[np.bool_]:
+    """Which points (N,) cannot be there, since the camera sees something behind them.
+
+    Args:
+        points: (N, 3) in the cloud's optical frame.
+        cloud: the organised live cloud.
+        camera: the camera that made it.
+        tolerance: how far behind a point that must be, metres.
+    """
+    points = np.asarray(points, dtype=np.float64)
+    through = np.zeros(len(points), dtype=bool)
+    candidates = np.flatnonzero(points[:, 2] > MIN_DEPTH)
+    columns, rows = camera.project(points[candidates])
+    inside = (columns >= 0) & (columns < camera.width) & (rows >= 0) & (rows < camera.height)
+    candidates, columns, rows = candidates[inside], columns[inside], rows[inside]
+    measured = cloud.xyz[rows, columns, 2]
+    with np.errstate(invalid='ignore'):
+        behind = np.isfinite(measured) & (measured - points[candidates, 2] > tolerance)
+    through[candidates[behind]] = True
+    return through
+
+
+def visible_points(
     columns: NDArray[np.intp],
     rows: NDArray[np.intp],
     depths: NDArray[np.floating],
     tolerance: float,
 ) -> NDArray[np.bool_]:
-    """Which points a z-buffer leaves over that is coarse enough to have no holes."""
+    """Which points a z-buffer leaves over that is coarse enough to have no holes.
+
+    Args:
+        columns: (N,) of the points' pixels.
+        rows: (N,) of the points' pixels.
+        depths: (N,) of the points, metres.
+        tolerance: how far behind the nearest one a point still belongs to the same surface.
+    """
     if not len(depths):
         return np.zeros(0, dtype=bool)
     left, top = int(columns.min()), int(rows.min())

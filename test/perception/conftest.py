@@ -84,3 +84,9 @@ def tabletop():
     simulator = KinectSimulator(surfaces, world_from_camera, SD_CAMERA)
     cloud = PointCloud(simulator.xyz(simulator.measure(np.random.default_rng(0))))
     return Tabletop(meshes, poses, world_from_camera, cloud)
+
+
+@pytest.fixture(scope='session')
+def box_of():
+    """Makes the mesh of a box from its size."""
+    return box_mesh

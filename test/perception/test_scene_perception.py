@@ -9,6 +9,7 @@ import pytest
 from spatial_relations_ros.core import CloudFormatError, CloudSource, ConfigError, Pose
 from spatial_relations_ros.perception.border import StampedTransform, TrackFault
 from spatial_relations_ros.perception.config import PerceptionConfig
+from spatial_relations_ros.perception.evidence import SupportConfig
 from spatial_relations_ros.perception.point_cloud2 import PointCloud
 from spatial_relations_ros.perception.scene_perception import ScenePerception
 
@@ -71,7 +72,7 @@ def test_a_tracker_that_lost_its_object_is_not_believed(tabletop):
     result = step(tabletop, tabletop.frame(tracks))
     assert set(result.objects) == {'base'}
     assert 'no support in the cloud (' in result.rejected['tall']
-    believed = step(tabletop, tabletop.frame(tracks), min_support=0.0)
+    believed = step(tabletop, tabletop.frame(tracks), support=SupportConfig(min_support=0.0))
     assert believed.objects['tall'].support < 0.2
 
 
@@ -176,7 +177,7 @@ def test_absurd_tracks_do_not_raise(tabletop):
 
 @pytest.mark.parametrize(
     'wrong',
-    [{'world_frame': ''}, {'min_support': 1.5}, {'max_range': 0.0}, {'thin_stride': 0}],
+    [{'world_frame': ''}, {'max_range': 0.0}, {'thin_stride': 0}],
 )
 def test_refuses_impossible_settings(wrong):
     with pytest.raises(ConfigError):
