@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+import dataclasses
 from collections.abc import Callable
 
 import torch
@@ -93,6 +94,7 @@ class Jund2018Released(Jund2018):
     embedding passes an ELU.
     """
 
+    projection = dataclasses.replace(Jund2018.projection, gradient='released')
     running_mean: Tensor
     _MOMENTUM = 0.01
 

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import torch
@@ -74,6 +77,25 @@ class RelationMetric:
     def model_hash(self) -> str:
         """SHA-256 of the weights file; embeddings of different models cannot be compared."""
         return self.card.sha256
+
+    @contextmanager
+    def projecting(self, **settings: Any) -> Iterator[None]:
+        """Other settings of the projection within a ``with`` block, a gradient for instance.
+
+        Args:
+            **settings: of :class:`~spatial_relations_ros.projection.ProjectionConfig`. What
+                changes the images, as ``gradient='soft'`` does, changes the embeddings: compare
+                only those of the same settings.
+
+        Raises:
+            ConfigError: for values that make no image.
+        """
+        usual = self.encoder.projection
+        self.encoder.projection = dataclasses.replace(usual, **settings)
+        try:
+            yield
+        finally:
+            self.encoder.projection = usual
 
     def embed(self, points: Tensor, *, headings: int = 1) -> Tensor:
         """Embeddings (B, 64) of world points (B, 2, N, 3); differentiable.

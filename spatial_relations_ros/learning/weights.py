@@ -43,15 +43,18 @@ def save_metric(
     return card
 
 
-def load_metric(path: Path | str | None = None) -> RelationMetric:
+def load_metric(path: Path | str | None = None, *, gradient: str | None = None) -> RelationMetric:
     """Loads a metric.
 
     Args:
         path: a safetensors file with its card (same name, ``.json``) beside it; None takes the
             weights that ship with the package.
+        gradient: of the projection, by name, instead of the network's own; see
+            :class:`~spatial_relations_ros.projection.ProjectionConfig`.
 
     Raises:
         WeightsError: when a file is missing, damaged, or does not fit its network.
+        ConfigError: for an unknown gradient.
     """
     path = _shipped_weights() if path is None or not str(path) else Path(path).expanduser()
     if not path.is_file():
@@ -72,6 +75,8 @@ def load_metric(path: Path | str | None = None) -> RelationMetric:
         )
     except (SafetensorError, RuntimeError, OSError, ConfigError) as error:
         raise WeightsError(f'{path} does not fit encoder {card.encoder!r}: {error}') from error
+    if gradient is not None:
+        encoder.projection = dataclasses.replace(encoder.projection, gradient=gradient)
     return RelationMetric(encoder, card, calibration)
 
 

@@ -9,7 +9,7 @@ from spatial_relations_ros.core import ConfigError
 DEPTH_SCALE = 100.0
 OBJECT_BIAS = 100.0
 PLANES = ('top', 'front', 'side')
-GRADIENTS = ('silhouette', 'sobel')
+GRADIENTS = ('silhouette', 'sobel', 'released', 'soft', 'straight_through')
 
 
 @dataclass(frozen=True)
@@ -22,9 +22,12 @@ class ProjectionConfig:
         splat_px: side of the square that a point covers, in pixels, odd. One is the paper's
             projection, meant for clouds sampled every millimetre; sparser clouds need more to
             give solid images.
-        gradient: ``silhouette`` or ``sobel`` (the paper's); see
-            :mod:`spatial_relations_ros.projection.depth_images`.
-        sobel_size: side of the derivative kernel of the ``sobel`` gradient, in pixels, odd.
+        gradient: ``silhouette``, ``sobel`` (the paper's), ``released`` (the released code's),
+            ``soft`` or ``straight_through``; see
+            :mod:`spatial_relations_ros.projection.depth_images`. ``soft`` changes the images too.
+        sobel_size: side of the derivative kernel of ``sobel`` and ``released``, in pixels, odd.
+        soft_width_px: standard deviation of the blur of the soft projection, in pixels; from
+            how far away a point feels a pixel.
 
     Raises:
         ConfigError: for values that make no image.
@@ -35,6 +38,7 @@ class ProjectionConfig:
     splat_px: int = 3
     gradient: str = 'silhouette'
     sobel_size: int = 5
+    soft_width_px: float = 1.0
 
     def __post_init__(self) -> None:
         if self.image_size < 8:
@@ -49,3 +53,7 @@ class ProjectionConfig:
                 raise ConfigError(f'{name} is {value}; it must be odd and positive')
         if self.sobel_size < 3:
             raise ConfigError('sobel_size is 1; a derivative needs at least 3 pixels')
+        if not 0.1 <= self.soft_width_px <= self.image_size:
+            raise ConfigError(
+                f'soft_width_px is {self.soft_width_px}; expected 0.1 to {self.image_size} pixels'
+            )

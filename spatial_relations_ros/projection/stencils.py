@@ -11,28 +11,36 @@ import torch.nn.functional as F
 from torch import Tensor
 
 
-def sobel_kernel(size: int, *, dtype: torch.dtype = torch.float32) -> Tensor:
+def derivative_kernel(size: int, *, dtype: torch.dtype = torch.float32) -> Tensor:
     """Derivative kernel (size, size) along columns, entries dx / (dx^2 + dy^2).
 
-    Scaled so that correlation with a ramp of slope one gives one. Larger kernels than 3 carry
-    the sparse gradients behind max pooling further (Jund et al. 2018, section III-B).
+    Larger kernels than 3 carry the sparse gradients behind max pooling further (Jund et al. 2018,
+    section III-B).
     """
     offsets = torch.arange(size, dtype=dtype) - size // 2
     dy, dx = torch.meshgrid(offsets, offsets, indexing='ij')
     squared = (dx**2 + dy**2).clamp_min(1.0)
-    kernel = dx / squared
-    return kernel / (kernel * dx).sum()
+    return dx / squared
 
 
-def slopes(images: Tensor, kernel: Tensor) -> tuple[Tensor, Tensor]:
+def sobel_kernel(size: int, *, dtype: torch.dtype = torch.float32) -> Tensor:
+    """:func:`derivative_kernel`, scaled so that correlation with a ramp of slope one gives one."""
+    kernel = derivative_kernel(size, dtype=dtype)
+    ramp = torch.arange(size, dtype=dtype) - size // 2
+    return kernel / (kernel * ramp).sum()
+
+
+def slopes(images: Tensor, kernel: Tensor, *, border: str = 'replicate') -> tuple[Tensor, Tensor]:
     """Correlates images (..., H, W) with a derivative kernel along columns and along rows.
 
-    The kernel must be odd in its column offset and even in its row offset, as
-    :func:`sobel_kernel` is. Borders are replicated.
+    Args:
+        images: what to differentiate.
+        kernel: odd in its column offset and even in its row offset, as :func:`sobel_kernel` is.
+        border: what lies outside an image: its last pixel (``replicate``) or zero (``constant``).
     """
     radius = len(kernel) // 2
     flat = images.reshape(-1, 1, *images.shape[-2:])
-    padded = F.pad(flat, [radius] * 4, mode='replicate')[:, 0]
+    padded = F.pad(flat, [radius] * 4, mode=border)[:, 0]
     along_columns = _odd_correlation(padded, kernel)
     along_rows = _odd_correlation(padded.transpose(-1, -2), kernel).transpose(-1, -2)
     return along_columns.reshape(images.shape), along_rows.reshape(images.shape)

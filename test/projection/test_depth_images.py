@@ -10,6 +10,7 @@ import torch
 
 from spatial_relations_ros.core import ConfigError
 from spatial_relations_ros.projection import (
+    GRADIENTS,
     ProjectionConfig,
     fit_unit_cube,
     project,
@@ -71,10 +72,11 @@ def test_images_do_not_depend_on_units_or_on_where_the_scene_is():
     assert torch.allclose(project(points, config), project(moved, config), atol=1e-6)
 
 
-def test_a_common_shift_has_no_gradient():
+@pytest.mark.parametrize('gradient', GRADIENTS)
+def test_a_common_shift_has_no_gradient(gradient):
     points = torch.randn(2, 2, 200, 3, dtype=torch.float64)
     shift = torch.zeros(2, 1, 1, 3, dtype=torch.float64, requires_grad=True)
-    images = project(points + shift, ProjectionConfig(image_size=32))
+    images = project(points + shift, ProjectionConfig(image_size=32, gradient=gradient))
     (images * torch.randn_like(images)).sum().backward()
     per_point = images.abs().sum()
     assert shift.grad.abs().max() < 1e-12 * per_point
