@@ -27,6 +27,15 @@ from spatial_relations_ros.cli.options import (
 )
 from spatial_relations_ros.cli.output import JsonOption, Output, progress_bar
 from spatial_relations_ros.cli.pose_files import ROLES
+from spatial_relations_ros.cli.robot_options import (
+    ApproachOption,
+    GraspOption,
+    ObstaclesOption,
+    ReachFarthest,
+    ReachNearest,
+    ShoulderOption,
+    robot_options,
+)
 from spatial_relations_ros.cli.scene_sources import SceneSource
 
 if TYPE_CHECKING:
@@ -81,6 +90,12 @@ def imitate(
             help='World z of the table, metres; where the test objects stand by default.',
         ),
     ] = None,
+    obstacles: ObstaclesOption = None,
+    shoulder: ShoulderOption = None,
+    reach_min: ReachNearest = None,
+    reach_max: ReachFarthest = None,
+    approach_height: ApproachOption = None,
+    grasp: GraspOption = None,
     seed: SeedOption = 0,
     out: Annotated[
         Path | None,
@@ -118,6 +133,9 @@ def imitate(
         max_steps=ImitationOptions.max_steps if max_steps is None else max_steps,
         table_height=table_height,
         seed=seed,
+        **robot_options(
+            test_scene, obstacles, grasp, approach_height, shoulder, (reach_min, reach_max)
+        ),
     )
     metric = load_metric(weights)
     result = _run(metric, reference_scene, test_scene, options)
@@ -172,6 +190,11 @@ def _show(output: Output, result: ImitationResult, test: Scene) -> None:
             output.say(f'  {label}  t {t}  q_wxyz {q_wxyz}')
         for violation in answer.violations:
             output.say(f'  {escape(violation)}')
+        if len(answer.order) > 1:
+            steps = (
+                f'{move.object_id}{"" if move.to_target else " aside"}' for move in answer.order
+            )
+            output.say(f'  move {escape(", then ".join(steps))}')
     output.say(
         f'distance {result.initial_distance:.4f} before, {result.num_steps} steps, '
         f'{result.duration_sec:.2f} s'

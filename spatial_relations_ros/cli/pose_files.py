@@ -11,6 +11,7 @@ if TYPE_CHECKING:
 
 ROLES = ('base', 'relative')
 EXAMPLE = '{"base": {"t": [0, 0, 0], "q_wxyz": [1, 0, 0, 0]}, "relative": {...}}'
+GRASP_EXAMPLE = '{"relative": {"t": [0, 0, 0.1], "q_wxyz": [0, 1, 0, 0]}}'
 
 
 def read_pose_file(path: Path) -> tuple[Pose, Pose]:
@@ -19,6 +20,26 @@ def read_pose_file(path: Path) -> tuple[Pose, Pose]:
     Raises:
         InvalidPoseError: saying which entry of which file is wrong, and how.
     """
+    content = _read(path, EXAMPLE)
+    base, relative = (_pose(path, content, role, EXAMPLE) for role in ROLES)
+    return base, relative
+
+
+def read_grasp_file(path: Path) -> dict[str, Pose]:
+    """Grasps (object_from_gripper, metres) by role: base, relative or both.
+
+    Raises:
+        InvalidPoseError: saying which entry of which file is wrong, and how.
+    """
+    from spatial_relations_ros.core import InvalidPoseError
+
+    content = _read(path, GRASP_EXAMPLE)
+    if not content:
+        raise InvalidPoseError(f'{path} holds no grasp; expected {GRASP_EXAMPLE}')
+    return {role: _pose(path, content, role, GRASP_EXAMPLE) for role in content}
+
+
+def _read(path: Path, example: str) -> dict[str, Any]:
     from spatial_relations_ros.core import InvalidPoseError
 
     try:
@@ -26,23 +47,22 @@ def read_pose_file(path: Path) -> tuple[Pose, Pose]:
     except OSError as error:
         raise InvalidPoseError(f'{path} cannot be read: {error.strerror}') from None
     except ValueError as error:
-        raise InvalidPoseError(f'{path} is not JSON: {error}; expected {EXAMPLE}') from None
+        raise InvalidPoseError(f'{path} is not JSON: {error}; expected {example}') from None
     if not isinstance(content, dict):
-        raise InvalidPoseError(f'{path} holds no object; expected {EXAMPLE}')
+        raise InvalidPoseError(f'{path} holds no object; expected {example}')
     unknown = sorted(set(content) - set(ROLES))
     if unknown:
         raise InvalidPoseError(f'{path}: unknown entry {unknown[0]!r}; expected base and relative')
-    base, relative = (_pose(path, content, role) for role in ROLES)
-    return base, relative
+    return content
 
 
-def _pose(path: Path, content: dict[str, Any], role: str) -> Pose:
+def _pose(path: Path, content: dict[str, Any], role: str, example: str) -> Pose:
     import numpy as np
 
     from spatial_relations_ros.core import InvalidPoseError, Pose
 
     if role not in content:
-        raise InvalidPoseError(f'{path}: the pose of {role!r} is missing; expected {EXAMPLE}')
+        raise InvalidPoseError(f'{path}: the pose of {role!r} is missing; expected {example}')
     entry = content[role]
     if not isinstance(entry, dict):
         raise InvalidPoseError(
@@ -51,7 +71,7 @@ def _pose(path: Path, content: dict[str, Any], role: str) -> Pose:
     numbers = []
     for key, length in (('t', 3), ('q_wxyz', 4)):
         if key not in entry:
-            raise InvalidPoseError(f'{path}: {role} lacks {key!r}; expected {EXAMPLE}')
+            raise InvalidPoseError(f'{path}: {role} lacks {key!r}; expected {example}')
         values = entry[key]
         if not isinstance(values, list) or len(values) != length or not _are_numbers(values):
             raise InvalidPoseError(

@@ -28,13 +28,14 @@ _SMALLEST_EXTENT = 0.002
 
 
 def load_object_model(
-    path: Path | str, *, num_points: int = SAMPLED_POINTS
+    path: Path | str, *, num_points: int = SAMPLED_POINTS, may_have_holes: bool = False
 ) -> tuple[TriangleMesh | None, NDArray[np.float32]]:
     """Reads a model file (ply, pcd, obj, stl, off), in metres.
 
     Args:
         path: the file.
         num_points: how many points to spread over a mesh; a cloud's own points are kept.
+        may_have_holes: whether points that are not finite, as cameras give them, are left out.
 
     Returns:
         The mesh, or None for a cloud; and points (N, 3) of its surface, object frame.
@@ -53,6 +54,8 @@ def load_object_model(
             if mesh is None
             else mesh.sample_surface(num_points, np.random.default_rng(0))
         )
+    if may_have_holes:
+        points = points[np.isfinite(points).all(axis=1)]
     if len(points) < MIN_POINTS:
         raise CloudFormatError(
             f'{path} holds {len(points)} points, at least {MIN_POINTS} are needed'

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from spatial_relations_ros.core import Pose
-    from spatial_relations_ros.imitation import ImitationAnswer
+    from spatial_relations_ros.imitation import ImitationAnswer, ObjectPlacement
 
 ROLES = ('base', 'relative')
 
@@ -21,12 +21,28 @@ def pose_entry(pose: Pose) -> dict[str, list[float]]:
 
 def answer_entry(answer: ImitationAnswer) -> dict[str, Any]:
     """One answer of an imitation."""
+    placements = dict(zip(ROLES, answer.placements, strict=True))
+    roles = {placement.object_id: role for role, placement in placements.items()}
     return {
-        'poses': {
-            role: pose_entry(placement.target)
-            for role, placement in zip(ROLES, answer.placements, strict=True)
-        },
+        'poses': {role: pose_entry(placement.target) for role, placement in placements.items()},
         'distance': float(answer.distance),
         'feasible': bool(answer.feasible),
         'violations': list(answer.violations),
+        'order': [
+            {'role': roles[move.object_id], 'to': 'target' if move.to_target else 'aside'}
+            for move in answer.order
+        ],
+        'targets': {role: _target_entry(placement) for role, placement in placements.items()},
+    }
+
+
+def _target_entry(placement: ObjectPlacement) -> dict[str, Any]:
+    """What a manipulator needs beside the pose."""
+    gripper = placement.gripper_target, placement.gripper_approach
+    return {
+        'approach': pose_entry(placement.approach),
+        'approach_clear': bool(placement.approach_clear),
+        'reachable': bool(placement.reachable),
+        'gripper': None if gripper[0] is None else pose_entry(gripper[0]),
+        'gripper_approach': None if gripper[1] is None else pose_entry(gripper[1]),
     }

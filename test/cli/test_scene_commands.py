@@ -4,16 +4,23 @@ import pytest
 
 from spatial_relations_ros.visualization import read_image
 
+POSE = {'t': [float] * 3, 'q_wxyz': [float] * 4}
+TARGET = {
+    'approach': POSE,
+    'approach_clear': bool,
+    'reachable': bool,
+    'gripper': type(None),
+    'gripper_approach': type(None),
+}
 IMITATION_SCHEMA = {
     'answers': [
         {
-            'poses': {
-                'base': {'t': [float] * 3, 'q_wxyz': [float] * 4},
-                'relative': {'t': [float] * 3, 'q_wxyz': [float] * 4},
-            },
+            'poses': {'base': POSE, 'relative': POSE},
             'distance': float,
             'feasible': bool,
             'violations': [str],
+            'order': [{'role': str, 'to': str}],
+            'targets': {'base': TARGET, 'relative': TARGET},
         }
     ],
     'initial_distance': float,
