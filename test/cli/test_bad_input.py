@@ -119,14 +119,6 @@ def test_a_json_file_that_cannot_be_written_is_refused_before_the_work(relations
     assert 'is a folder' in result.stderr
 
 
-def test_what_is_not_built_fails_without_data(relations, data, tmp_path):
-    out = tmp_path / 'result.json'
-    result = relations('generalize', data, '--json', out)
-    assert result.exit_code == 1
-    assert 'not built yet' in result.stderr
-    assert not out.exists()
-
-
 def test_units_that_look_wrong_are_warned_about(relations, scene_files, weights, tmp_path):
     huge = tmp_path / 'huge.off'
     huge.write_text('OFF\n4 2 0\n0 0 0\n100 0 0\n0 100 0\n0 0 100\n3 0 1 2\n3 0 2 3\n')

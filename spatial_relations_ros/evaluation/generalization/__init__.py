@@ -1,0 +1,1 @@
+"""How well relations generalise to other objects: cases, variants, judged outcomes, reports."""
