@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from spatial_relations_ros.cli.options import (
     DataOption,
+    ObjectsOption,
     ReferenceBase,
     ReferenceName,
     ReferencePoses,
@@ -34,12 +35,13 @@ def embed(
     base: SceneBase = None,
     relative: SceneRelative = None,
     poses: ScenePoses = None,
+    objects: ObjectsOption = None,
     weights: WeightsOption = None,
     json_path: JsonOption = None,
 ) -> None:
     """Embed a scene: where the metric places its relation."""
     output = Output(json_path)
-    loaded = SceneSource('', scene, data, base, relative, poses).load()
+    loaded = SceneSource('', scene, data, base, relative, poses, objects=objects).load()
     from spatial_relations_ros.learning import load_metric
 
     metric = load_metric(weights)
@@ -69,15 +71,24 @@ def distance(
     test_base: TestBase = None,
     test_relative: TestRelative = None,
     test_poses: TestPoses = None,
+    objects: ObjectsOption = None,
     weights: WeightsOption = None,
     json_path: JsonOption = None,
 ) -> None:
     """Distance of two scenes under the metric, small for like relations, and what it means."""
     output = Output(json_path)
     first = SceneSource(
-        'reference', reference, data, reference_base, reference_relative, reference_poses
+        'reference',
+        reference,
+        data,
+        reference_base,
+        reference_relative,
+        reference_poses,
+        objects=objects,
     ).load()
-    second = SceneSource('test', test, data, test_base, test_relative, test_poses).load()
+    second = SceneSource(
+        'test', test, data, test_base, test_relative, test_poses, objects=objects
+    ).load()
     from spatial_relations_ros.learning import load_metric
 
     metric = load_metric(weights)

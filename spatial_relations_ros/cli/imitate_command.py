@@ -13,6 +13,7 @@ from spatial_relations_ros.cli.error_reports import FAILED
 from spatial_relations_ros.cli.options import (
     DataOption,
     MemoryOption,
+    ObjectsOption,
     ReferenceBase,
     ReferenceName,
     ReferencePoses,
@@ -66,6 +67,7 @@ def imitate(
     test_base: TestBase = None,
     test_relative: TestRelative = None,
     test_poses: TestPoses = None,
+    objects: ObjectsOption = None,
     remembered: RememberedName = None,
     memory: MemoryOption = None,
     weights: WeightsOption = None,
@@ -82,6 +84,13 @@ def imitate(
     max_steps: Annotated[
         int | None,
         typer.Option('--steps', min=0, help='Of each refinement.', show_default=False),
+    ] = None,
+    gradient: Annotated[
+        str | None,
+        typer.Option(
+            '--gradient', metavar='NAME', show_default=False,
+            help='Of the projection: silhouette, sobel, released, soft or straight_through.',
+        ),
     ] = None,
     table_height: Annotated[
         float | None,
@@ -109,18 +118,19 @@ def imitate(
     """Imitate the relation of the reference objects with the test objects.
 
     Scenes are named in a dataset (--data DIR --reference R --test T) or given by model files in
-    metres (ply, pcd, obj, stl, off) and a JSON file of their poses:
-    {"base": {"t": [x,y,z], "q_wxyz": [w,x,y,z]}, "relative": {...}}, z up.
+    metres (ply, pcd, obj, stl, off), or names of your own objects, and a JSON file of their poses:
+    {"base": {"t": [x,y,z], "q_wxyz": [w,x,y,z]}, "relative": {...}}, z up. Test objects without
+    poses stand upright beside each other.
 
     Exit code 1 when no feasible answer nearer to the demonstration was found.
     """
     output = Output(json_path)
     reference_scene = SceneSource(
         'reference', reference, data, reference_base, reference_relative, reference_poses,
-        remembered, memory,
+        remembered, memory, objects,
     ).load()  # fmt: skip
     test_scene = SceneSource(
-        'test', test, data, test_base, test_relative, test_poses
+        'test', test, data, test_base, test_relative, test_poses, objects=objects
     ).load()  # fmt: skip
     from spatial_relations_ros.imitation import ImitationOptions
     from spatial_relations_ros.learning import load_metric
@@ -137,7 +147,7 @@ def imitate(
             test_scene, obstacles, grasp, approach_height, shoulder, (reach_min, reach_max)
         ),
     )
-    metric = load_metric(weights)
+    metric = load_metric(weights, gradient=gradient)
     result = _run(metric, reference_scene, test_scene, options)
     _show(output, result, test_scene)
     content = result_entry(result)

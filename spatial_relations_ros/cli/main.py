@@ -15,6 +15,7 @@ from spatial_relations_ros.cli.generalize_command import generalize
 from spatial_relations_ros.cli.imitate_command import imitate
 from spatial_relations_ros.cli.learning_commands import train
 from spatial_relations_ros.cli.memory_commands import forget, list_relations, nearest, remember
+from spatial_relations_ros.cli.objects_commands import objects_app
 from spatial_relations_ros.cli.output import JsonOption, Output
 from spatial_relations_ros.cli.replay_command import replay
 from spatial_relations_ros.cli.retrieve_command import retrieve
@@ -64,6 +65,7 @@ app.command(rich_help_panel=MEMORY)(remember)
 app.command(rich_help_panel=MEMORY)(nearest)
 app.command('list', rich_help_panel=MEMORY)(list_relations)
 app.command(rich_help_panel=MEMORY)(forget)
+app.add_typer(objects_app, rich_help_panel=SCENES)
 app.command(rich_help_panel=LEARNING)(generate)
 app.command(rich_help_panel=LEARNING)(train)
 app.command(rich_help_panel=LEARNING)(retrieve)

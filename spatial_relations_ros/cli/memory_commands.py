@@ -11,6 +11,7 @@ import typer
 from spatial_relations_ros.cli.options import (
     DataOption,
     MemoryOption,
+    ObjectsOption,
     SceneBase,
     SceneName,
     ScenePoses,
@@ -30,6 +31,7 @@ def remember(
     base: SceneBase = None,
     relative: SceneRelative = None,
     poses: ScenePoses = None,
+    objects: ObjectsOption = None,
     replace: Annotated[
         bool, typer.Option('--replace', help='Replace a relation of that name.')
     ] = False,
@@ -39,7 +41,7 @@ def remember(
 ) -> None:
     """Remember a scene's relation under a name; a name that is taken is refused."""
     output = Output(json_path)
-    loaded = SceneSource('', scene, data, base, relative, poses).load()
+    loaded = SceneSource('', scene, data, base, relative, poses, objects=objects).load()
     from spatial_relations_ros.learning import load_metric
     from spatial_relations_ros.memory import RelationMemory
 
@@ -59,6 +61,7 @@ def nearest(
     base: SceneBase = None,
     relative: SceneRelative = None,
     poses: ScenePoses = None,
+    objects: ObjectsOption = None,
     k: Annotated[int, typer.Option('-k', '--count', min=1, help='At most so many.')] = 5,
     memory: MemoryOption = None,
     weights: WeightsOption = None,
@@ -66,7 +69,7 @@ def nearest(
 ) -> None:
     """The remembered relations that are most like a scene's."""
     output = Output(json_path)
-    loaded = SceneSource('', scene, data, base, relative, poses).load()
+    loaded = SceneSource('', scene, data, base, relative, poses, objects=objects).load()
     from spatial_relations_ros.learning import load_metric
     from spatial_relations_ros.memory import RelationMemory
 

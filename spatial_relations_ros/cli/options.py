@@ -28,6 +28,13 @@ MemoryOption = Annotated[
         help='File of remembered relations; below XDG_DATA_HOME by default.',
     ),
 ]  # fmt: skip
+ObjectsOption = Annotated[
+    Path | None,
+    typer.Option(
+        '--objects', metavar='DIR', show_default=False,
+        help='Folder of your own objects; below XDG_DATA_HOME by default.',
+    ),
+]  # fmt: skip
 SeedOption = Annotated[int, typer.Option('--seed', min=0, help='Of everything random.')]
 
 
@@ -45,20 +52,28 @@ def file_option(*names: str, what: str) -> object:
 
 ReferenceName = Annotated[str | None, name_option('--reference', role='demonstration')]
 ReferenceBase = Annotated[
-    Path | None, file_option('--reference-base', what='Model of the reference base.')
+    Path | None, file_option('--reference-base', what='Model of the reference base, or its name.')
 ]
 ReferenceRelative = Annotated[
-    Path | None, file_option('--reference-relative', what='Model of the reference relative.')
+    Path | None,
+    file_option('--reference-relative', what='Model of the reference relative, or its name.'),
 ]
 ReferencePoses = Annotated[
     Path | None, file_option('--reference-poses', what='JSON of both reference poses.')
 ]
 TestName = Annotated[str | None, name_option('--test', role='objects to place')]
-TestBase = Annotated[Path | None, file_option('--test-base', what='Model of the test base.')]
-TestRelative = Annotated[
-    Path | None, file_option('--test-relative', what='Model of the test relative.')
+TestBase = Annotated[
+    Path | None, file_option('--test-base', what='Model of the test base, or its name.')
 ]
-TestPoses = Annotated[Path | None, file_option('--test-poses', what='JSON of both test poses.')]
+TestRelative = Annotated[
+    Path | None, file_option('--test-relative', what='Model of the test relative, or its name.')
+]
+TestPoses = Annotated[
+    Path | None,
+    file_option(
+        '--test-poses', what='JSON of both test poses; upright beside each other without it.'
+    ),
+]
 RememberedName = Annotated[
     str | None,
     typer.Option(
@@ -69,10 +84,11 @@ RememberedName = Annotated[
 
 SceneName = Annotated[str | None, name_option('--scene', '--reference', role='scene')]
 SceneBase = Annotated[
-    Path | None, file_option('--base', '--reference-base', what='Model of the base.')
+    Path | None, file_option('--base', '--reference-base', what='Model of the base, or its name.')
 ]
 SceneRelative = Annotated[
-    Path | None, file_option('--relative', '--reference-relative', what='Model of the relative.')
+    Path | None,
+    file_option('--relative', '--reference-relative', what='Model of the relative, or its name.'),
 ]
 ScenePoses = Annotated[
     Path | None, file_option('--poses', '--reference-poses', what='JSON of both poses.')

@@ -10,6 +10,8 @@ from spatial_relations_ros.core.errors import (
     InvalidPoseError,
     InvalidSceneError,
     MemoryFileError,
+    ObjectExistsError,
+    ObjectSizeError,
     RelationExistsError,
     SpatialRelationsError,
     UnknownObjectError,
@@ -21,7 +23,7 @@ from spatial_relations_ros.core.mesh import TriangleMesh
 from spatial_relations_ros.core.pose import Pose
 from spatial_relations_ros.core.relations import Relation
 from spatial_relations_ros.core.scene import CloudSource, Scene, SceneObject
-from spatial_relations_ros.core.share import share_path
+from spatial_relations_ros.core.share import data_path, share_path
 
 __all__ = [
     'BagError',
@@ -34,6 +36,8 @@ __all__ = [
     'InvalidPoseError',
     'InvalidSceneError',
     'MemoryFileError',
+    'ObjectExistsError',
+    'ObjectSizeError',
     'Pose',
     'Relation',
     'RelationExistsError',
@@ -45,5 +49,6 @@ __all__ = [
     'UnknownRelationError',
     'WeightsError',
     'atomic_write',
+    'data_path',
     'share_path',
 ]

@@ -36,6 +36,14 @@ class UnknownObjectError(SpatialRelationsError):
     """An object id that nobody has seen."""
 
 
+class ObjectSizeError(SpatialRelationsError):
+    """An object model that is far too large or small: another unit than metres."""
+
+
+class ObjectExistsError(SpatialRelationsError):
+    """An object of that name that is in the library already."""
+
+
 class UnknownRelationError(SpatialRelationsError):
     """A remembered relation's name that is not stored."""
 

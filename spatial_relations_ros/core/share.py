@@ -1,7 +1,8 @@
-"""Where the files that ship with the package lie: weights, configuration, launch files."""
+"""Where files lie: those that ship with the package, and those that a person keeps."""
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 
 from spatial_relations_ros.core.errors import ConfigError
@@ -28,3 +29,13 @@ def share_path(*parts: str) -> Path:
             return path
     searched = ', '.join(str(candidate) for candidate in candidates[:3])
     raise ConfigError(f'{"/".join(parts)} is not installed; searched {searched}')
+
+
+def data_path(*parts: str) -> Path:
+    """Path of a file or folder that a person keeps: below XDG_DATA_HOME or ~/.local/share."""
+    configured = os.environ.get('XDG_DATA_HOME', '')
+    # The specification has relative paths ignored.
+    data_home = (
+        Path(configured) if Path(configured).is_absolute() else Path.home() / '.local/share'
+    )
+    return data_home.joinpath(PACKAGE_NAME, *parts)

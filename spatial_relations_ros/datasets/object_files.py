@@ -28,13 +28,18 @@ _SMALLEST_EXTENT = 0.002
 
 
 def load_object_model(
-    path: Path | str, *, num_points: int = SAMPLED_POINTS, may_have_holes: bool = False
+    path: Path | str,
+    *,
+    num_points: int = SAMPLED_POINTS,
+    check_units: bool = True,
+    may_have_holes: bool = False,
 ) -> tuple[TriangleMesh | None, NDArray[np.float32]]:
     """Reads a model file (ply, pcd, obj, stl, off), in metres.
 
     Args:
         path: the file.
         num_points: how many points to spread over a mesh; a cloud's own points are kept.
+        check_units: whether to warn of a size that no object in metres has.
         may_have_holes: whether points that are not finite, as cameras give them, are left out.
 
     Returns:
@@ -63,7 +68,11 @@ def load_object_model(
     if not np.isfinite(points).all():
         bad = int((~np.isfinite(points).all(axis=1)).sum())
         raise CloudFormatError(f'{path}: {bad} of {len(points)} points are not finite')
-    _check_units(path, points)
+    extent = float(np.ptp(points, axis=0).max())
+    if extent == 0.0:
+        raise CloudFormatError(f'{path}: all points are the same')
+    if check_units:
+        _check_units(path, extent)
     return mesh, points
 
 
@@ -116,10 +125,7 @@ def _read_cloud(path: Path) -> NDArray[np.float32]:
     return points
 
 
-def _check_units(path: Path, points: NDArray[np.float32]) -> None:
-    extent = float(np.ptp(points, axis=0).max())
-    if extent == 0.0:
-        raise CloudFormatError(f'{path}: all points are the same')
+def _check_units(path: Path, extent: float) -> None:
     if extent > _LARGEST_EXTENT or extent < _SMALLEST_EXTENT:
         factor = 'divided by 1000 (millimetres?)' if extent > _LARGEST_EXTENT else 'scaled up'
         warnings.warn(

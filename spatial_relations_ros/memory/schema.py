@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import os
 import sqlite3
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from spatial_relations_ros.core import MemoryFileError
+from spatial_relations_ros.core import MemoryFileError, data_path
 
 # "SpRl": tells this file from any other SQLite database.
 APPLICATION_ID = 0x5370526C
@@ -42,12 +41,7 @@ CREATE TABLE objects (
 
 def default_memory_path() -> Path:
     """Where relations are remembered unless told otherwise: below XDG_DATA_HOME."""
-    configured = os.environ.get('XDG_DATA_HOME', '')
-    # The specification has relative paths ignored.
-    data_home = (
-        Path(configured) if Path(configured).is_absolute() else Path.home() / '.local/share'
-    )
-    return data_home / 'spatial_relations_ros' / 'relations.sqlite3'
+    return data_path('relations.sqlite3')
 
 
 def open_database(path: Path) -> sqlite3.Connection:

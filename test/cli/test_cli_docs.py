@@ -9,12 +9,21 @@ import typer
 from spatial_relations_ros.cli.main import app
 
 PAGE = Path(__file__).resolve().parents[2] / 'docs' / 'cli.md'
-COMMANDS = typer.main.get_command(app).commands
+TOP_LEVEL = typer.main.get_command(app).commands
+# Those of groups by both words, such as "objects add".
+COMMANDS = {
+    name: command for name, command in TOP_LEVEL.items() if not hasattr(command, 'commands')
+}
+COMMANDS |= {
+    f'{group} {name}': command
+    for group, parent in TOP_LEVEL.items()
+    for name, command in getattr(parent, 'commands', {}).items()
+}
 
 
 def test_every_command_is_described():
     headings = ' '.join(re.findall(r'^## (.*)$', PAGE.read_text(), flags=re.MULTILINE))
-    assert set(COMMANDS) <= set(re.split(r'[ ,]+', headings))
+    assert set(TOP_LEVEL) <= set(re.split(r'[ ,]+', headings))
 
 
 def test_every_option_in_the_page_exists():
@@ -22,7 +31,7 @@ def test_every_option_in_the_page_exists():
         option
         for command in COMMANDS.values()
         for parameter in command.params
-        for option in parameter.opts
+        for option in [*parameter.opts, *parameter.secondary_opts]
     } | {'--debug', '--help', '--install-completion'}
     text = re.sub(r'^torchrun .* relations', 'relations', PAGE.read_text(), flags=re.MULTILINE)
     named = set(re.findall(r'(?<![\w-])--[a-z][a-z-]*', text))

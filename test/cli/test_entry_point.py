@@ -24,7 +24,7 @@ def test_help_names_every_command():
     done = subprocess.run([*COMMAND, '--help'], capture_output=True, text=True, check=True)
     for name in (
         'generate', 'train', 'retrieve', 'imitate', 'embed', 'distance', 'generalize', 'replay',
-        'bench', 'remember', 'nearest', 'list', 'forget', 'version',
+        'bench', 'remember', 'nearest', 'list', 'forget', 'version', 'objects',
     ):  # fmt: skip
         assert f' {name} ' in done.stdout
 
