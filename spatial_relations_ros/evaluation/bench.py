@@ -19,6 +19,7 @@ from spatial_relations_ros.core import ConfigError, Scene
 from spatial_relations_ros.datasets.freiburg import RelationDataset, load_dataset
 from spatial_relations_ros.datasets.generator import generate_dataset
 from spatial_relations_ros.evaluation.bag_reader import read_frames
+from spatial_relations_ros.evaluation.reader_timing import kinect_message, structured_points
 from spatial_relations_ros.evaluation.training import make_training_set
 from spatial_relations_ros.imitation import ImitationOptions, imitate
 from spatial_relations_ros.learning import (
@@ -30,6 +31,7 @@ from spatial_relations_ros.learning import (
 from spatial_relations_ros.learning.trainer import TrainingProgress, train_encoder
 from spatial_relations_ros.learning.training_config import training_config
 from spatial_relations_ros.perception.object_models import ModelSource
+from spatial_relations_ros.perception.point_cloud2 import read_xyz
 from spatial_relations_ros.pipeline import Pipeline
 
 NUM_SCENES = 28
@@ -156,6 +158,18 @@ class Bench:
             'perception', lambda idx: pipeline.step(frames[idx % len(frames)]), on_run
         )
 
+    def reader(self, on_run: OnRun | None = None) -> Timing:
+        """The finite points of a Kinect2's qhd message."""
+        message = kinect_message()
+        return self._timed('reader', lambda _: read_xyz(message).points, on_run)
+
+    def structured_reader(self, on_run: OnRun | None = None) -> Timing:
+        """The same by a structured array, as is usual."""
+        message = kinect_message()
+        return self._timed(
+            'reader by structured array', lambda _: structured_points(message), on_run
+        )
+
     def _scene(self, idx: int) -> Scene:
         return self._scenes[idx % len(self._scenes)]
 
@@ -181,13 +195,17 @@ def _paper_metric() -> RelationMetric:
 
 
 def ratio_rows(timings: Sequence[Timing]) -> list[dict[str, float | str]]:
-    """How many times slower the paper's way is, where both ways were timed, by medians."""
+    """How many times slower the paper's or the usual way is, where both were timed, by medians."""
     by_name = {timing.name: timing for timing in timings}
-    pairs = (('imitate', 'imitate as the paper'), ('pose gradient', 'pose gradient of the paper'))
+    pairs = (
+        ('imitate', 'imitate as the paper'),
+        ('pose gradient', 'pose gradient of the paper'),
+        ('reader', 'reader by structured array'),
+    )
     return [
-        {'step': ours, 'ratio': by_name[paper].median / by_name[ours].median}
-        for ours, paper in pairs
-        if ours in by_name and paper in by_name
+        {'step': ours, 'than': other, 'ratio': by_name[other].median / by_name[ours].median}
+        for ours, other in pairs
+        if ours in by_name and other in by_name
     ]
 
 

@@ -90,8 +90,8 @@ class PointCloud:
     @cached_property
     def points(self) -> NDArray[np.float32]:
         """(N, 3) the finite points, in message order."""
-        points: NDArray[np.float32] = self.xyz[self.finite]
-        return points
+        # By indices: about twice as fast as a mask over rows with other fields between them.
+        return self.xyz.reshape(-1, 3).take(np.flatnonzero(self.finite), axis=0)
 
     def decimated(self, stride: int) -> PointCloud:
         """Every ``stride``-th row and column; of unorganised clouds every ``stride**2``-th point.
@@ -171,7 +171,11 @@ def _size(message: Any, name: str, owner: str = '') -> int:
 
 def _columns(message: PointCloud2Like, point_step: int) -> list[tuple[np.dtype[Any], int]]:
     """Type and offset of x, y and z."""
-    names = [field.name for field in message.fields]
+    try:
+        fields = list(message.fields)
+        names = [field.name for field in fields]
+    except (AttributeError, TypeError) as error:
+        raise CloudFormatError(f'fields is no sequence of PointField: {error}') from error
     missing = [axis for axis in AXES if axis not in names]
     if missing:
         raise CloudFormatError(
@@ -184,7 +188,7 @@ def _columns(message: PointCloud2Like, point_step: int) -> list[tuple[np.dtype[A
     for axis in AXES:
         if names.count(axis) > 1:
             raise CloudFormatError(f'field {axis} comes {names.count(axis)} times, expected once')
-        field = message.fields[names.index(axis)]
+        field = fields[names.index(axis)]
         offset, datatype, count = (
             _size(field, name, f'field {axis}: ') for name in ('offset', 'datatype', 'count')
         )
