@@ -85,12 +85,16 @@ class AnswerMaker:
         return pose
 
     def _handicap(self, answer: ImitationAnswer) -> float:
-        """What is to be added to the distance: a wrong heading, and a little for long ways."""
+        """Added to the distance: for a wrong heading or spacing, and a little for long ways."""
         targets = np.array([placement.target.translation for placement in answer.placements])
         now = np.array([placement.current.translation for placement in answer.placements])
         way = float(np.linalg.norm(targets - now, axis=1).sum()) / self.objective.extent
         offsets = torch.from_numpy((targets - self.objective.origin)[None]).float()
         penalty = float(self.objective.heading_penalty(offsets)[0])
+        if self.options.layout_weight > 0.0:
+            rotations = np.array([placement.target.rotation for placement in answer.placements])
+            turns = torch.from_numpy(rotations[None]).float()
+            penalty += float(self.objective.layout_penalty(turns, offsets)[0])
         return penalty + _WAY_WEIGHT * min(way, _LONG_WAY)
 
 

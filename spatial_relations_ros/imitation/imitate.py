@@ -11,6 +11,7 @@ import torch
 from spatial_relations_ros.core import ImitationError, Scene
 from spatial_relations_ros.imitation.answers import AnswerMaker, distinct
 from spatial_relations_ros.imitation.contact import Body, lowest_point
+from spatial_relations_ros.imitation.layout import spacing
 from spatial_relations_ros.imitation.objective import Objective
 from spatial_relations_ros.imitation.options import ROLES, ImitationOptions
 from spatial_relations_ros.imitation.pose_optimizer import PoseBatch, evaluate, refine
@@ -28,6 +29,8 @@ from spatial_relations_ros.learning import RelationMetric
 from spatial_relations_ros.projection import resample_points
 
 _MAX_CHECKS = 16
+# Of the distance of similar relations: nothing beyond is worth a check.
+_HOPELESS = 1.2
 _MAX_MORE = 4
 _MORE_CHUNKS = 3
 _SPARE_ANSWERS = 1
@@ -147,6 +150,8 @@ class _Imitation:
         num_feasible = 0
         untried = [candidate for candidate in found if candidate not in refused]
         for candidate in _unlike(untried, self.objective.extent)[:_MAX_CHECKS]:
+            if candidate.distance > _HOPELESS * self.objective.similar_distance and nearest:
+                break
             exact = search.settled(candidate)
             refused.add(candidate)
             if exact is None:
@@ -160,7 +165,7 @@ class _Imitation:
             is_enough = num_feasible >= (1 if self.stopped else wanted)
             if is_enough or not self._keep_going(self.num_steps):
                 break
-        if not num_feasible and nearest is not None:
+        if nearest is not None and not self._is_success(self.best):
             self._add(self.maker.answers(search.batch([nearest])))
 
     def _is_success(self, answer: ImitationAnswer) -> bool:
@@ -268,6 +273,8 @@ def _make_objective(
         table_height=lowest_point(bodies) if table is None else table,
         physics_weight=options.physics_weight,
         heading=_heading(reference) if options.keep_heading else None,
+        spacing=_spacing(reference, metric.num_points),
+        layout_weight=options.layout_weight,
     )
 
 
@@ -277,6 +284,13 @@ def _heading(reference: Scene) -> torch.Tensor | None:
     offset = relative - base
     length = float(np.linalg.norm(offset))
     return torch.from_numpy(offset / length) if length > 1e-3 else None
+
+
+def _spacing(reference: Scene, num_points: int) -> float:
+    clouds = [resample_points(item.points, num_points) for item in reference.objects]
+    poses = [item.world_from_object for item in reference.objects]
+    world = [pose.apply(cloud) for pose, cloud in zip(poses, clouds, strict=True)]
+    return float(spacing(torch.from_numpy(np.stack(world))[None].float())[0])
 
 
 def _message(

@@ -10,6 +10,7 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor
 
+from spatial_relations_ros.imitation.layout import spacing
 from spatial_relations_ros.imitation.shape import Shape
 from spatial_relations_ros.learning import RelationMetric, euclidean_distance
 from spatial_relations_ros.projection import apply_poses
@@ -17,6 +18,7 @@ from spatial_relations_ros.projection import apply_poses
 _PENETRATION_WEIGHT = 30.0
 _CONTACT_WEIGHT = 2.0
 _HEADING_WEIGHT = 0.5
+_LAYOUT_STRIDE = 4
 # Without a calibration: dissimilar relations were trained to lie about 1 apart.
 _UNCALIBRATED_SIMILAR_DISTANCE = 0.5
 
@@ -36,6 +38,8 @@ class Objective:
         table_height: of the table in the world, metres.
         physics_weight: weight of penetration and contact; 0 leaves them out.
         heading: (2,) unit horizontal direction from base to relative to keep, or None.
+        spacing: of the demonstration (:func:`~spatial_relations_ros.imitation.layout.spacing`).
+        layout_weight: weight of a spacing that is not the demonstration's.
     """
 
     metric: RelationMetric
@@ -47,6 +51,8 @@ class Objective:
     table_height: float
     physics_weight: float
     heading: Tensor | None
+    spacing: float
+    layout_weight: float
 
     @property
     def similar_distance(self) -> float:
@@ -90,7 +96,18 @@ class Objective:
         total = torch.zeros(len(rotations))
         if self.physics_weight > 0.0 and not at_rest:
             total = total + self.physics_weight * self._physics(rotations, translations)
+        if self.layout_weight > 0.0:
+            total = total + self.layout_penalty(rotations, translations)
         return total + self.heading_penalty(translations)
+
+    def layout_penalty(self, rotations: Tensor, translations: Tensor) -> Tensor:
+        """How far the spacing of scenes (K,) is from the demonstration's.
+
+        The metric hardly tells near from far once two objects are next to each other.
+        """
+        clouds = self.clouds[None, :, ::_LAYOUT_STRIDE]
+        difference = spacing(apply_poses(clouds, rotations, translations)) - self.spacing
+        return self.layout_weight * difference.abs() / max(1.0, self.spacing)
 
     def heading_penalty(self, translations: Tensor) -> Tensor:
         """How far scenes (K,) with translations (K, 2, 3) are off the heading to keep."""

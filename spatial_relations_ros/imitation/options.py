@@ -33,6 +33,8 @@ class ImitationOptions:
             (rotation) a step.
         physics_weight: weight of penetration and contact against the metric; 0 for the metric
             alone.
+        layout_weight: weight of a horizontal spacing other than the demonstration's, as
+            distances beside each other are what the metric tells apart least; 0 leaves it out.
         table_height: height of the table in the world frame, metres; None takes the lowest
             point of the test objects where they stand now.
         approach_height: length of the straight way from the approach pose to the target, metres;
@@ -57,6 +59,7 @@ class ImitationOptions:
     max_steps: int = 8
     learning_rate: float = 0.015
     physics_weight: float = 1.0
+    layout_weight: float = 0.25
     table_height: float | None = None
     approach_height: float = 0.1
     obstacles: tuple[Obstacle, ...] = ()
@@ -81,13 +84,15 @@ class ImitationOptions:
             raise ConfigError(f'table_height is {self.table_height}; expected metres')
         if not 0.0 <= self.approach_height < math.inf:
             raise ConfigError(f'approach_height is {self.approach_height}; expected metres')
-        if not self.learning_rate > 0.0 or self.physics_weight < 0.0:
-            raise ConfigError('learning_rate must be positive and physics_weight not negative')
+        if not self.learning_rate > 0.0:
+            raise ConfigError(f'learning_rate is {self.learning_rate}; it must be positive')
+        if not (self.physics_weight >= 0.0 and self.layout_weight >= 0.0):
+            raise ConfigError('physics_weight and layout_weight must not be negative')
 
     @staticmethod
     def paper() -> ImitationOptions:
         """The optimisation of Jund et al. 2018: both objects, one start, the metric alone."""
         return ImitationOptions(
             movable=ROLES, num_starts=1, propose=False, max_steps=600, learning_rate=0.1,
-            physics_weight=0.0,
+            physics_weight=0.0, layout_weight=0.0,
         )  # fmt: skip

@@ -18,7 +18,13 @@ from spatial_relations_ros.placement.inside import place_inside, place_inside_ly
 from spatial_relations_ros.placement.leaning_on import place_inclined, place_inside_inclined
 from spatial_relations_ros.placement.on import place_next_to, place_on_edge, place_on_top
 from spatial_relations_ros.placement.rest_poses import RestPose, rotation_between
-from spatial_relations_ros.placement.resting import UP, PlacingRule, about_axis, about_z
+from spatial_relations_ros.placement.resting import (
+    UP,
+    PlacingRule,
+    about_axis,
+    about_z,
+    half_width,
+)
 from spatial_relations_ros.placement.settling import Manner, lean_direction, settle
 
 FloatArray = NDArray[np.float64]
@@ -31,6 +37,7 @@ _MAX_ORIENTATIONS = 4
 _SAME_EXTENT = 0.03
 _ATTEMPTS = 10
 _CENTRED = 0.01
+_SPACED_SHARE = 0.5
 _ALIGNED_SHARE = 0.5
 _SHIFT_SHARE = 0.06
 _TURN_RAD = math.radians(18.0)
@@ -95,6 +102,7 @@ class Proposer:
         *,
         may_lean: bool = True,
         heading: FloatArray | None = None,
+        spacing: float = 1.0,
     ) -> None:
         """Lists the cells.
 
@@ -105,8 +113,9 @@ class Proposer:
             rng: source of everything random.
             may_lean: whether it may be tilted.
             heading: (2,) horizontal unit vector from the base to the relative to keep, or None.
+            spacing: at which half of what stands beside the base is placed, 1 where they touch.
         """
-        self._heading = heading
+        self._heading, self._spacing = heading, spacing
         self._relative = relative.coarse
         self._rng = rng
         self.cells = [
@@ -123,9 +132,23 @@ class Proposer:
         for _ in range(_ATTEMPTS):
             placed = cell.rule(cell.fixed, self._standing(cell), self._rng)
             if not isinstance(placed, str):
+                if cell.manner is Manner.BESIDE and self._rng.random() < _SPACED_SHARE:
+                    placed = self._spaced(placed, cell)
                 placed = self._headed(placed, cell)
                 return Proposal(cell.fixed, placed, cell.manner, cell_idx)
         return None
+
+    def _spaced(self, placed: Placed, cell: Cell) -> Placed:
+        """The body moved along its offset until it has the wanted spacing."""
+        middles = [_middle(body) for body in (cell.fixed, placed)]
+        offset = middles[1] - middles[0]
+        distance = float(np.linalg.norm(offset))
+        if distance < _CENTRED:
+            return placed
+        direction = offset / distance
+        widths = half_width(cell.fixed, direction) + half_width(placed, direction)
+        moved = placed.moved((self._spacing * widths - distance) * direction)
+        return settle(cell.manner, moved, cell.fixed) or placed
 
     def _headed(self, placed: Placed, cell: Cell) -> Placed:
         """The body brought to the wanted side of the base, where it can rest there."""
@@ -220,6 +243,12 @@ def _looks_alike(body: Body, first: FloatArray, second: FloatArray) -> bool:
     # A flat thing lies on either side alike; what opens to one side does not.
     opening = body.model.opening
     return opening is None or abs(first[2, 2] - second[2, 2]) < 0.3
+
+
+def _middle(placed: Placed) -> FloatArray:
+    """Middle (3,) of a body seen from above, at height 0."""
+    vertices = placed.world_vertices
+    return np.asarray(0.5 * (vertices.min(axis=0) + vertices.max(axis=0)) * [1.0, 1.0, 0.0])
 
 
 def _heading(rotation: FloatArray) -> float:

@@ -89,6 +89,7 @@ class PlacementSearch:
             self._rng,
             may_lean=may_lean,
             heading=None if heading is None else heading.double().numpy(),
+            spacing=objective.spacing,
         )
 
     def run(self) -> Iterator[list[Candidate]]:
