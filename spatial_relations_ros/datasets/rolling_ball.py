@@ -20,6 +20,9 @@ _MIN_BALL_CELLS = 1.75
 # Half of the thickness, in cells, at which nodes see a wall without holes.
 _MIN_DEPTH_CELLS = 0.6
 
+# Openings narrower than twice this share of the extent are taken for holes in the data.
+_CLOSED_OPENING_SHARE = 1.0 / 16.0
+
 Array = NDArray[np.float64]
 Bools = NDArray[np.bool_]
 
@@ -56,8 +59,9 @@ def enclosed_solid(
         A watertight mesh of at most about 5,000 triangles.
     """
     radius = max(radius, _MIN_BALL_CELLS * spacing)
-    grid = _grid_around(cloud, spacing, margin=radius)
-    reached, crossings = _roll_ball(cloud, distance, grid, radius)
+    large = max(radius, _CLOSED_OPENING_SHARE * float(np.ptp(cloud, axis=0).max()))
+    grid = _grid_around(cloud, spacing, margin=large)
+    reached, crossings = _roll_ball(cloud, distance, grid, (radius, large))
     values = _signed_distances(reached, crossings, grid, radius) - sink
     _thicken_sheets(values, spacing)
     return _surface_of(values, grid)
@@ -72,17 +76,21 @@ def _grid_around(cloud: Array, spacing: float, *, margin: float) -> _Grid:
 
 
 def _roll_ball(
-    cloud: Array, distance: Callable[[Array], Array], grid: _Grid, radius: float
+    cloud: Array, distance: Callable[[Array], Array], grid: _Grid, radii: tuple[float, float]
 ) -> tuple[Bools, Array]:
-    """Nodes where the ball's centre can be, coming from outside; and points on their border."""
+    """Nodes where the ball's centre can be, coming from outside; and points on their border.
+
+    Cavities that a ball of the second radius cannot enter are not entered.
+    """
+    radius, large = radii
     occupied = np.zeros(grid.counts, dtype=bool)
     occupied[tuple(np.rint((cloud - grid.origin) / grid.spacing).astype(int).T)] = True
     distances = ndimage.distance_transform_edt(~occupied) * grid.spacing
     # Exact where it decides; the distance to occupied nodes is off by less than a cell.
     near = np.argwhere(np.abs(distances - radius) < 1.5 * grid.spacing)
     distances[tuple(near.T)] = distance(grid.position(near))
-    labels, _ = ndimage.label(distances > radius)
-    reached = labels == labels[0, 0, 0]
+    reached = _from_outside(distances > radius)
+    reached &= ~_closed_cavities(distances, reached, grid.spacing, large)
     crossings = []
     for axis in range(3):
         here, there = [slice(None)] * 3, [slice(None)] * 3
@@ -91,9 +99,35 @@ def _roll_ball(
         before = distances[tuple(here)][tuple(border.T)]
         after = distances[tuple(there)][tuple(border.T)]
         positions = grid.position(border)
-        positions[:, axis] += grid.spacing * (before - radius) / (before - after)
+        # Across the opening of a closed cavity both lie beyond the radius.
+        share = (before - radius) / np.where(before == after, 1.0, before - after)
+        positions[:, axis] += grid.spacing * np.clip(share, 0.0, 1.0)
         crossings.append(positions)
     return reached, np.concatenate(crossings)
+
+
+def _from_outside(free: Bools) -> Bools:
+    """Free nodes that hang together with those at the grid's border."""
+    labels, _ = ndimage.label(free)
+    outside: Bools = labels == labels[0, 0, 0]
+    return outside
+
+
+def _closed_cavities(distances: Array, reached: Bools, spacing: float, large: float) -> Bools:
+    """Nodes of cavities in which a large ball has room but which it cannot enter.
+
+    Scans have holes where the scanner did not see, and a hollow shell is not what was scanned.
+    """
+    free = distances > large
+    entered = _from_outside(free)
+    rooms = free & ~entered
+    if not rooms.any():
+        return rooms
+    swept = ndimage.distance_transform_edt(~entered) * spacing <= large
+    labels, _ = ndimage.label(reached & ~swept)
+    found = np.unique(labels[rooms])
+    closed: Bools = np.isin(labels, found[found > 0])
+    return closed
 
 
 def _signed_distances(reached: Bools, crossings: Array, grid: _Grid, radius: float) -> Array:

@@ -56,6 +56,15 @@ def test_the_mouth_of_a_container_stays_open():
     assert inside < 0.0
 
 
+def test_a_hole_that_the_scanner_left_does_not_empty_the_solid():
+    mesh = made('box')
+    points = mesh.sample_surface(NUM_POINTS, np.random.default_rng(0))
+    top = points[:, 2] > mesh.vertices[:, 2].max() - 1e-4
+    hole = top & (np.linalg.norm(points[:, :2], axis=1) < 0.05 * np.ptp(points, axis=0).max())
+    assert hole.sum() > 50
+    assert volume_of(solid_from_cloud(points[~hole])) == pytest.approx(volume_of(mesh), rel=0.05)
+
+
 def test_the_solid_depends_on_the_points_alone_and_follows_their_size():
     points = made('box').sample_surface(5000, np.random.default_rng(0))
     once, again = solid_from_cloud(points), solid_from_cloud(points.copy())
@@ -80,6 +89,8 @@ def test_unknown_objects_become_solids(name):
     assert is_watertight(solid)
     assert volume_of(solid) > 0.0
     assert np.abs(signed_distances(solid, points)).mean() < 0.001
+    if name == 'bunny':
+        assert volume_of(solid) > 5e-4, 'it is not hollow, though its base has holes'
     if name == 'torus':
         # Radii 1 and 0.25 of a whole of 2.5, at 0.15 m.
         expected = 2.0 * np.pi**2 * 0.06 * 0.015**2
