@@ -18,11 +18,13 @@ def fit_unit_cube(points: torch.Tensor, margin: float) -> torch.Tensor:
         margin: free share of the cube on every side, 0 to below 0.5.
 
     Returns:
-        (B, 2, N, 3) coordinates between ``margin`` and ``1 - margin``.
+        (B, 2, N, 3) coordinates between ``margin`` and ``1 - margin``; a view of (B, 3, 2, N).
     """
-    flat = points.flatten(1, 2)
-    low, high = flat.amin(dim=1), flat.amax(dim=1)
+    # Coordinates apart, (B, 3, 2, N): rows of numbers are several times faster than triples.
+    apart = points.permute(0, 3, 1, 2).contiguous()
+    low, high = apart.amin(dim=(2, 3)), apart.amax(dim=(2, 3))
     extent = (high - low).amax(dim=1).clamp_min(MIN_EXTENT)
     centre = 0.5 * (low + high)
     scale = (1.0 - 2.0 * margin) / extent
-    return (points - centre[:, None, None, :]) * scale[:, None, None, None] + 0.5
+    unit = (apart - centre[:, :, None, None]) * scale[:, None, None, None] + 0.5
+    return unit.permute(0, 2, 3, 1)

@@ -51,24 +51,25 @@ def shared_gradients(
     counts = torch.zeros(
         *pixel_idx.shape[:3], size * size, dtype=grad.dtype, device=grad.device
     ).scatter_add_(-1, pixel_idx, torch.ones_like(pixel_idx, dtype=grad.dtype))
-    counts = box_sum(counts.view_as(images), config.splat_px).clamp_min_(1.0)
+    shares = box_sum(counts.view_as(images), config.splat_px).clamp_min_(1.0).reciprocal_()
     if config.gradient == 'sobel':
         by_column, by_row = slopes(grad, sobel_kernel(config.sobel_size, dtype=grad.dtype))
         by_column, by_row = by_column * images, by_row * images
     else:
-        by_column = carried_steps(images, grad)
-        by_row = carried_steps(images.mT, grad.mT).mT
-    by_depth = (images > 0).to(grad.dtype) * grad * DEPTH_SCALE
-    moves = torch.stack([by_column * size, by_row * size, by_depth], dim=3) / counts[:, :, :, None]
-    shares = box_sum(moves, config.splat_px).flatten(-2)
-    index = pixel_idx[:, :, :, None, :].expand(-1, -1, -1, 3, -1)
-    at_points = shares.gather(-1, index)
-    points = at_points.new_zeros(*at_points.shape[:1], 2, at_points.shape[-1], 3)
-    for plane in range(len(PLANES)):
-        points[..., COLUMN_AXIS[plane]] += at_points[:, plane, :, 0]
-        points[..., ROW_AXIS[plane]] += at_points[:, plane, :, 1]
-        points[..., DEPTH_AXIS[plane]] += DEPTH_SIGN[plane] * at_points[:, plane, :, 2]
-    return points
+        by_column = carried_steps(images, grad, -1)
+        by_row = carried_steps(images, grad, -2)
+    by_depth = (images > 0) * grad
+    points = grad.new_zeros(grad.shape[0], 3, 2, pixel_idx.shape[-1])
+    for by, axes, scales in (
+        (by_column, COLUMN_AXIS, (size, size, size)),
+        (by_row, ROW_AXIS, (size, size, size)),
+        (by_depth, DEPTH_AXIS, [DEPTH_SCALE * sign for sign in DEPTH_SIGN]),
+    ):
+        by.mul_(shares)
+        at_points = box_sum(by, config.splat_px).flatten(-2).gather(-1, pixel_idx)
+        for plane in range(len(PLANES)):
+            points[:, axes[plane]].add_(at_points[:, plane], alpha=scales[plane])
+    return points.permute(0, 2, 3, 1)
 
 
 def released_gradients(

@@ -17,10 +17,15 @@ PLANE_ALONG = (2, 1, 0)
 
 def pixel_indices(unit: Tensor, size: int) -> Tensor:
     """Flat pixel index (B, 3, 2, N) of each point (B, 2, N, 3) on each plane."""
-    pixels = (unit.detach() * size).floor().clamp_(0, size - 1).long()
-    column = torch.stack([pixels[..., axis] for axis in COLUMN_AXIS], dim=1)
-    row = torch.stack([pixels[..., axis] for axis in ROW_AXIS], dim=1)
-    return row * size + column
+    pixels = (unit.detach() * size).floor_().clamp_(0, size - 1)
+    # Whole numbers of this size are exact as floats.
+    return torch.stack(
+        [
+            torch.add(pixels[..., column], pixels[..., row], alpha=size)
+            for column, row in zip(COLUMN_AXIS, ROW_AXIS, strict=True)
+        ],
+        dim=1,
+    ).long()
 
 
 def depths(unit: Tensor) -> Tensor:

@@ -59,8 +59,8 @@ def _odd_correlation(padded: Tensor, kernel: Tensor) -> Tensor:
     return total
 
 
-def carried_steps(images: Tensor, grad: Tensor) -> Tensor:
-    """How the error changes when the content of images moves by one pixel along columns.
+def carried_steps(images: Tensor, grad: Tensor, dim: int) -> Tensor:
+    """How the error changes when the content of images moves by one pixel along a dimension.
 
     The boundary between two neighbouring pixels carries the step between their values; with the
     mean gradient on both sides this is the change of the error. It is booked on the object's
@@ -69,43 +69,46 @@ def carried_steps(images: Tensor, grad: Tensor) -> Tensor:
     Args:
         images: (..., H, W) values, 0 where there is no object.
         grad: (..., H, W) gradient of the error with respect to the images.
+        dim: -1 for motion along columns' numbers, -2 along rows'.
 
     Returns:
         (..., H, W); its sum is the derivative by a common shift in pixels.
     """
-    left, right = images[..., :-1], images[..., 1:]
-    change = (left - right) * (0.5 * (grad[..., :-1] + grad[..., 1:]))
-    is_left, is_right = left > 0, right > 0
-    both = is_left & is_right
+    pairs = images.shape[dim] - 1
+    before, after = images.narrow(dim, 0, pairs), images.narrow(dim, 1, pairs)
+    change = (before - after).mul_(grad.narrow(dim, 0, pairs) + grad.narrow(dim, 1, pairs))
+    covered = (images > 0).to(grad.dtype)
+    is_before, is_after = covered.narrow(dim, 0, pairs), covered.narrow(dim, 1, pairs)
+    # Half of the change, since the gradients were added; a quarter where both are the object.
     booked = torch.zeros_like(images)
-    booked[..., :-1] += change * torch.where(both, 0.5, is_left.to(grad.dtype))
-    booked[..., 1:] += change * torch.where(both, 0.5, is_right.to(grad.dtype))
+    booked.narrow(dim, 0, pairs).add_((0.5 - 0.25 * is_after).mul_(is_before).mul_(change))
+    booked.narrow(dim, 1, pairs).add_((0.5 - 0.25 * is_before).mul_(is_after).mul_(change))
     return booked
 
 
 def box_sum(images: Tensor, side: int) -> Tensor:
     """Sum over a square of ``side`` pixels (odd) around each pixel; zero outside the image."""
-    radius = side // 2
-    height, width = images.shape[-2:]
-    padded = F.pad(images, [radius] * 4)
-    rows = padded[..., :height, :].clone()
-    for shift in range(1, side):
-        rows += padded[..., shift : shift + height, :]
-    total = rows[..., :width].clone()
-    for shift in range(1, side):
-        total += rows[..., shift : shift + width]
-    return total
+    for dim in (-2, -1):
+        total = images.clone()
+        for shift, rest in _shifts(images.shape[dim], side):
+            total.narrow(dim, shift, rest).add_(images.narrow(dim, 0, rest))
+            total.narrow(dim, 0, rest).add_(images.narrow(dim, shift, rest))
+        images = total
+    return images
 
 
 def box_min(images: Tensor, side: int) -> Tensor:
     """Minimum over a square of ``side`` pixels (odd) around each pixel."""
-    radius = side // 2
-    height, width = images.shape[-2:]
-    padded = F.pad(images, [radius] * 4, value=torch.inf)
-    rows = padded[..., :height, :]
-    for shift in range(1, side):
-        rows = torch.minimum(rows, padded[..., shift : shift + height, :])
-    least = rows[..., :width]
-    for shift in range(1, side):
-        least = torch.minimum(least, rows[..., shift : shift + width])
-    return least
+    for dim in (-2, -1):
+        least = images.clone()
+        for shift, rest in _shifts(images.shape[dim], side):
+            later, earlier = least.narrow(dim, shift, rest), least.narrow(dim, 0, rest)
+            torch.minimum(later, images.narrow(dim, 0, rest), out=later)
+            torch.minimum(earlier, images.narrow(dim, shift, rest), out=earlier)
+        images = least
+    return images
+
+
+def _shifts(length: int, side: int) -> list[tuple[int, int]]:
+    """By how many pixels to shift for a window of ``side``, and how many pixels then overlap."""
+    return [(shift, length - shift) for shift in range(1, min(side // 2, length - 1) + 1)]

@@ -64,6 +64,13 @@ def test_pixel_values_are_zero_or_between_bias_and_twice_the_bias():
     assert (images == 0).any()
 
 
+def test_a_scene_looks_in_a_large_batch_as_it_does_alone():
+    points = torch.randn(19, 2, 50, 3)
+    config = ProjectionConfig(image_size=24)
+    alone = torch.cat([project(scene[None], config) for scene in points])
+    assert torch.equal(project(points, config), alone)
+
+
 def test_images_do_not_depend_on_units_or_on_where_the_scene_is():
     points = torch.randn(2, 2, 300, 3, dtype=torch.float64)
     moved = 1000.0 * points + torch.tensor([5.0, -7.0, 30.0], dtype=torch.float64)
