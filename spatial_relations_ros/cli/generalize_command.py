@@ -171,7 +171,8 @@ def _say(output: Output, content: dict[str, Any], paper_weights: Path | None) ->
             f'{experiment["cases"]} cases' + (f'; left out: {left_out}' if left_out else '')
         )
     results = content['results']
-    output.table(tables.COLUMNS, tables.overview_rows(results))
+    output.table(tables.RESULT_COLUMNS, tables.result_rows(results))
+    output.table(tables.CLAIM_COLUMNS, tables.claim_rows(results))
     for result in results:
         title = f'{result["experiment"]}, {result["variant"]}'
         if result['variant'] == results[0]['variant']:

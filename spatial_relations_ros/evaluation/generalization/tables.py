@@ -8,41 +8,53 @@ from typing import Any
 from spatial_relations_ros.core import Relation
 from spatial_relations_ros.evaluation.generalization.summary import ALL
 
-COLUMNS = (
-    'experiment', 'variant', 'imitated', 'feasible', 'both (95 %)', 'and in balance', 'claimed',
-    'right of claimed', 'right of the others', 'first variant there', 's (p90)', 'CPU s', 'steps',
+RESULT_COLUMNS = (
+    'experiment', 'variant', 'imitated', 'feasible', 'both', '95 %', 's (p90)', 'CPU s', 'steps',
 )  # fmt: skip
-RELATION_COLUMNS = (
-    'relation', 'same class', 'imitated', 'feasible', 'both (95 %)', 'claimed', 'right of claimed',
+CLAIM_COLUMNS = (
+    'experiment', 'variant', 'both and in balance', 'claimed', 'right of claimed',
+    'right of the others', 'first variant there',
 )  # fmt: skip
+RELATION_COLUMNS = ('relation', 'same class', 'imitated', 'feasible', 'both', '95 %', 'claimed')
 
 Rows = list[tuple[str, ...]]
 
 
-def overview_rows(summaries: Sequence[dict[str, Any]]) -> Rows:
-    """A row for each experiment and variant, in ``COLUMNS``."""
-    rows = []
-    for summary in summaries:
-        total, seconds = summary['relations'][ALL], summary['seconds']
-        rows.append(
-            (
-                summary['experiment'],
-                summary['variant'],
-                *(of_text(total[name]) for name in ('imitated', 'feasible')),
-                interval_text(total['right']),
-                *(
-                    of_text(total[name])
-                    for name in (
-                        'right_and_in_balance', 'claimed', 'claimed_right', 'unclaimed_right',
-                    )
-                ),
-                of_text(summary['first_on_same_cases']),
-                f'{seconds["median"]:.2f} ({seconds["p90"]:.2f})',
-                f'{summary["cpu_seconds"]["median"]:.2f}',
-                f'{summary["steps"]["median"]:.0f}',
-            )
-        )  # fmt: skip
-    return rows
+def result_rows(summaries: Sequence[dict[str, Any]]) -> Rows:
+    """A row for each experiment and variant, in ``RESULT_COLUMNS``."""
+    return [
+        (
+            *_names(summary),
+            *(of_text(_total(summary)[name]) for name in ('imitated', 'feasible', 'right')),
+            interval_text(_total(summary)['right']),
+            f'{summary["seconds"]["median"]:.2f} ({summary["seconds"]["p90"]:.2f})',
+            f'{summary["cpu_seconds"]["median"]:.2f}',
+            f'{summary["steps"]["median"]:.0f}',
+        )
+        for summary in summaries
+    ]
+
+
+def claim_rows(summaries: Sequence[dict[str, Any]]) -> Rows:
+    """A row for each experiment and variant, in ``CLAIM_COLUMNS``."""
+    counted = ('right_and_in_balance', 'claimed', 'claimed_right', 'unclaimed_right')
+    return [
+        (
+            *_names(summary),
+            *(of_text(_total(summary)[name]) for name in counted),
+            of_text(summary['first_on_same_cases']),
+        )
+        for summary in summaries
+    ]
+
+
+def _names(summary: dict[str, Any]) -> tuple[str, str]:
+    return summary['experiment'], summary['variant']
+
+
+def _total(summary: dict[str, Any]) -> dict[str, Any]:
+    total: dict[str, Any] = summary['relations'][ALL]
+    return total
 
 
 def relation_rows(summary: dict[str, Any]) -> Rows:
@@ -50,9 +62,9 @@ def relation_rows(summary: dict[str, Any]) -> Rows:
     return [
         (
             Relation[name.upper()].description,
-            *(of_text(row[key]) for key in ('same_class', 'imitated', 'feasible')),
+            *(of_text(row[key]) for key in ('same_class', 'imitated', 'feasible', 'right')),
             interval_text(row['right']),
-            *(of_text(row[key]) for key in ('claimed', 'claimed_right')),
+            of_text(row['claimed']),
         )
         for name, row in summary['relations'].items()
         if name != ALL
@@ -70,17 +82,17 @@ def of_text(counted: dict[str, Any] | None) -> str:
 
 
 def interval_text(counted: dict[str, Any]) -> str:
-    """``k of n, p % (low to high)``."""
+    """``p % (low to high)`` with the 95 % interval."""
     low, high = counted['wilson_95']
-    return (
-        f'{of_text(counted)}, {100.0 * counted["share"]:.1f} % '
-        f'({100.0 * low:.0f} to {100.0 * high:.0f})'
-    )
+    return f'{100.0 * counted["share"]:.1f} % ({100.0 * low:.0f} to {100.0 * high:.0f})'
 
 
 def markdown(summaries: Sequence[dict[str, Any]]) -> str:
-    """All tables as Markdown: the overview, then each summary by relation with its failures."""
-    parts = [_markdown_table(COLUMNS, overview_rows(summaries))]
+    """All tables as Markdown: results, claims, then each summary by relation with failures."""
+    parts = [
+        _markdown_table(RESULT_COLUMNS, result_rows(summaries)),
+        _markdown_table(CLAIM_COLUMNS, claim_rows(summaries)),
+    ]
     for summary in summaries:
         parts.append(
             f'{summary["experiment"]}, {summary["variant"]}:\n\n'

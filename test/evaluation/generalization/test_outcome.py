@@ -10,9 +10,11 @@ from spatial_relations_ros.evaluation.generalization.attempt import Attempt
 from spatial_relations_ros.evaluation.generalization.outcome import judge_attempt
 from spatial_relations_ros.evaluation.generalization.summary import counts, summarize
 from spatial_relations_ros.evaluation.generalization.tables import (
-    COLUMNS,
+    CLAIM_COLUMNS,
+    RESULT_COLUMNS,
+    claim_rows,
     markdown,
-    overview_rows,
+    result_rows,
 )
 
 TILTED = (math.cos(0.25), 0.0, math.sin(0.25), 0.0)
@@ -138,9 +140,13 @@ def test_summaries_and_tables(outcomes):
         1,
         1,
     )
-    rows = overview_rows([ours, features])
-    assert all(len(row) == len(COLUMNS) for row in rows)
-    assert rows[0][:5] == ('known', 'ours', '2 of 5', '3 of 5', '2 of 5, 40.0 % (12 to 77)')
+    rows = result_rows([ours, features])
+    assert all(len(row) == len(RESULT_COLUMNS) for row in rows)
+    assert rows[0][:6] == ('known', 'ours', '2 of 5', '3 of 5', '2 of 5', '40.0 % (12 to 77)')
+    rows = claim_rows([ours, features])
+    assert rows[0] == ('known', 'ours', '2 of 5', '2 of 5', '1 of 2', '1 of 3', '2 of 5')
+    assert rows[1] == ('known', 'features', '0 of 1', '-', '-', '-', '1 of 1')
+    assert all(len(row) == len(CLAIM_COLUMNS) for row in rows)
     text = markdown([ours, features])
-    assert '| on top | 2 of 5 | 2 of 5 | 3 of 5 | 2 of 5, 40.0 % (12 to 77) |' in text
+    assert '| on top | 2 of 5 | 2 of 5 | 3 of 5 | 2 of 5 | 40.0 % (12 to 77) |' in text
     assert 'Failures: 1 next to instead.' in text
