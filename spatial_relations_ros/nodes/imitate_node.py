@@ -25,6 +25,7 @@ from spatial_relations_ros.nodes.imitate_parameters import (
     default_options,
 )
 from spatial_relations_ros.nodes.model_host import ModelHost
+from spatial_relations_ros.nodes.robot_parameters import Robot
 from spatial_relations_ros.nodes.scene_client import SceneClient
 from spatial_relations_ros.nodes.scene_requests import SceneRequests
 from spatial_relations_ros.nodes.standalone import Standalone
@@ -49,6 +50,7 @@ class ImitateNode(RelationsNode):
         scenes = SceneClient(self)
         self._requests = SceneRequests(self, scenes)
         self._publisher = AnswerPublisher(self)
+        self._robot = Robot(self)
         self.serve(Imitate, 'imitate', self._on_request)
         self._action_server = ActionServer(
             self,
@@ -112,10 +114,10 @@ class ImitateNode(RelationsNode):
         on_progress: Callable[[ImitationProgress, Scene], None],
     ) -> tuple[ImitationResult, Scene]:
         """Resolves the scenes, runs the imitation on the worker and publishes its answer."""
-        reference, seen = self._requests.resolve(request)
+        reference, seen = self._requests.resolve(request, with_others=self._robot.avoids_others)
         test = seen.scene
         defaults = default_options(self.parameters, seen.table_height)
-        options = options_from_request(request, test, defaults)
+        options = self._robot.options(options_from_request(request, test, defaults), seen)
         job = _Job(self._host, reference, test, options, is_cancelled, on_progress)
         result = job.run()
         self._publisher.publish(result, test)

@@ -7,6 +7,7 @@ import math
 from spatial_relations_ros.imitation import ImitationOptions
 from spatial_relations_ros.nodes.model_host import MODEL_PARAMETERS
 from spatial_relations_ros.nodes.perception_parameters import MODELS_PATH
+from spatial_relations_ros.nodes.robot_parameters import ROBOT_PARAMETERS
 from spatial_relations_ros.nodes.scene_client import SCENE_PARAMETERS
 from spatial_relations_ros.ros.parameters import Parameters, ParameterSpec
 
@@ -62,7 +63,7 @@ IMITATE_PARAMETERS = (
     ParameterSpec(
         'approach_height',
         DEFAULTS.approach_height,
-        'How far above the target the approach pose is, metres.',
+        'Length of the straight way from the approach pose to the target, metres.',
         minimum=0.0,
         maximum=2.0,
     ),
@@ -74,6 +75,7 @@ IMITATE_PARAMETERS = (
         maximum=1000.0,
         may_be_nan=True,
     ),
+    *ROBOT_PARAMETERS,
     ParameterSpec(
         'publish_infeasible',
         False,

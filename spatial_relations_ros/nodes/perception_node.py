@@ -44,6 +44,7 @@ from spatial_relations_ros.perception.point_cloud2 import read_xyz
 from spatial_relations_ros.perception.track_state import TrackState
 from spatial_relations_ros.ros import qos
 from spatial_relations_ros.ros.conversions import (
+    cloud_to_msg,
     header_to_msg,
     scene_object_to_msg,
     scene_to_msg,
@@ -188,6 +189,8 @@ class PerceptionNode(RelationsNode):
         table_height = result.table_height
         response.scene = scene_to_msg(result.scene(*object_ids))
         response.table_height = math.nan if table_height is None else float(table_height)
+        if request.with_others:
+            _fill_others(response, result, object_ids)
         response.success = True
 
     def _fresh_result(self) -> FrameResult:
@@ -231,6 +234,20 @@ def _state_words(result: FrameResult, object_id: str) -> str:
     item = result.objects[object_id]
     support = 'not checked' if math.isnan(status.support) else f'{100 * status.support:.0f} %'
     return f'{status.state}: {item.source.name}, support {support}'
+
+
+def _fill_others(
+    response: GetScene.Response, result: FrameResult, object_ids: Sequence[str]
+) -> None:
+    """What else is seen: other objects, and points that belong to none."""
+    header = header_to_msg(result.stamp_ns, result.frame_id)
+    response.others = [
+        scene_object_to_msg(item, header)
+        for object_id, item in result.objects.items()
+        if object_id not in object_ids
+    ]
+    if result.obstacles is not None:
+        response.clutter = cloud_to_msg(result.obstacles, header)
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

@@ -191,6 +191,12 @@ PERCEPTION_PARAMETERS = (
         maximum=100.0,
         is_fixed=True,
     ),
+    ParameterSpec(
+        'find_clutter',
+        False,
+        'Look for points above the table that belong to no object: obstacles for imitate_node.',
+        is_fixed=True,
+    ),
 )
 
 
@@ -230,6 +236,7 @@ def make_pipeline(parameters: Parameters) -> Pipeline:
         use_uncertain=parameters.flag('use_uncertain'),
         refine=RefineConfig(is_on=parameters.flag('refine')),
         max_range=parameters.number('max_range'),
+        find_obstacles=parameters.flag('find_clutter'),
     )
     pipeline = Pipeline(config, model_source(parameters.text('models_path')))
     camera = camera_transform(

@@ -7,12 +7,19 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
 from spatial_relations_msgs.msg import Scene as SceneMsg
 from spatial_relations_msgs.srv import GetScene
 
-from spatial_relations_ros.core import InvalidSceneError, Scene, UnknownObjectError
+from spatial_relations_ros.core import InvalidSceneError, Scene, SceneObject, UnknownObjectError
+from spatial_relations_ros.perception.point_cloud2 import read_xyz
 from spatial_relations_ros.ros import qos
-from spatial_relations_ros.ros.conversions import one_scene, scene_from_msg
+from spatial_relations_ros.ros.conversions import (
+    one_scene,
+    scene_from_msg,
+    scene_object_from_msg,
+)
 from spatial_relations_ros.ros.parameters import ParameterSpec
 from spatial_relations_ros.ros.relations_node import RelationsNode
 from spatial_relations_ros.ros.waiting import NoAnswerError, wait_for
@@ -42,10 +49,19 @@ SCENE_PARAMETERS = (
 
 @dataclass(frozen=True)
 class SeenScene:
-    """A scene with what else was seen; the table's world z is None when it is not known."""
+    """A scene with what else was seen.
+
+    Attributes:
+        scene: of the two objects.
+        table_height: world z of the table, metres; None when it is not known.
+        others: the other objects, when asked for.
+        clutter: (N, 3) world points that belong to no object; None when nobody looked.
+    """
 
     scene: Scene
     table_height: float | None = None
+    others: tuple[SceneObject, ...] = ()
+    clutter: NDArray[np.float32] | None = None
 
 
 class SceneClient:
@@ -66,24 +82,37 @@ class SceneClient:
         """Whether a perception node is there now."""
         return bool(self._client.service_is_ready())
 
-    def seen(self, object_ids: Sequence[str]) -> SeenScene:
+    def seen(self, object_ids: Sequence[str], *, with_others: bool = False) -> SeenScene:
         """The scene of two objects as they are seen now.
+
+        Args:
+            object_ids: base and relative.
+            with_others: whether to ask for what else is seen at the same time.
 
         Raises:
             UnknownObjectError: when an object is not seen; names those that are.
             NoAnswerError: when no perception node answers.
         """
-        request = GetScene.Request(object_ids=list(object_ids))
+        request = GetScene.Request(object_ids=list(object_ids), with_others=with_others)
         response = call(self._node, self._client, request)
         if not response.success:
             raise UnknownObjectError(response.message)
         table_height = float(response.table_height)
+        clutter = response.clutter
         return SeenScene(
-            scene_from_msg(response.scene), None if math.isnan(table_height) else table_height
+            scene_from_msg(response.scene),
+            None if math.isnan(table_height) else table_height,
+            tuple(scene_object_from_msg(item) for item in response.others),
+            read_xyz(clutter).points if clutter.width and clutter.fields else None,
         )
 
     def given_or_seen(
-        self, scenes: Sequence[SceneMsg], object_ids: Sequence[str], *, what: str
+        self,
+        scenes: Sequence[SceneMsg],
+        object_ids: Sequence[str],
+        *,
+        what: str,
+        with_others: bool = False,
     ) -> SeenScene:
         """The scene of a request that holds either a scene or two object ids.
 
@@ -91,6 +120,8 @@ class SceneClient:
             scenes: at most one.
             object_ids: base and relative, or empty.
             what: names the part of the request in errors.
+            with_others: whether to ask for what else is seen; a scene that is given has nothing
+                else.
 
         Raises:
             InvalidSceneError: when both or none are given, or the scene is in another frame than
@@ -106,7 +137,7 @@ class SceneClient:
             raise InvalidSceneError(
                 f'{what}: nothing is given; name two objects as [base, relative] or give a scene'
             )
-        return self.seen(object_ids)
+        return self.seen(object_ids, with_others=with_others)
 
 
 def call(node: RelationsNode, client: Any, request: Any) -> Any:

@@ -44,8 +44,12 @@ class SceneRequests:
             callback_group=node.requests_group,
         )
 
-    def resolve(self, request: Any) -> tuple[Scene, SeenScene]:
+    def resolve(self, request: Any, *, with_others: bool) -> tuple[Scene, SeenScene]:
         """Reference and test of an Imitate request or an ImitateRelation goal.
+
+        Args:
+            request: the message.
+            with_others: whether the test comes with what else is seen, when it is seen itself.
 
         Raises:
             InvalidSceneError: when a scene is given twice or not at all.
@@ -54,9 +58,15 @@ class SceneRequests:
             NoAnswerError: when another node does not answer.
         """
         reference = self._reference(request)
-        test = self._scenes.given_or_seen(request.test_scene, request.test_ids, what='test')
+        test = self._scenes.given_or_seen(
+            request.test_scene, request.test_ids, what='test', with_others=with_others
+        )
         if request.test_ids:
-            test = dataclasses.replace(test, scene=with_meshes(test.scene, self._models))
+            test = dataclasses.replace(
+                test,
+                scene=with_meshes(test.scene, self._models),
+                others=tuple(with_mesh(item, self._models) for item in test.others),
+            )
         return reference, test
 
     def _reference(self, request: Any) -> Scene:
@@ -74,10 +84,11 @@ class SceneRequests:
 
 def with_meshes(scene: Scene, models: ModelSource) -> Scene:
     """The scene with the surfaces of those objects whose cloud is their model's."""
-
-    def with_mesh(item: SceneObject) -> SceneObject:
-        model = models.find(item.object_id) if item.source == CloudSource.MODEL else None
-        return item if model is None else dataclasses.replace(item, mesh=model.mesh)
-
-    base, relative = (with_mesh(item) for item in scene.objects)
+    base, relative = (with_mesh(item, models) for item in scene.objects)
     return dataclasses.replace(scene, base=base, relative=relative)
+
+
+def with_mesh(item: SceneObject, models: ModelSource) -> SceneObject:
+    """The object with its surface, when its cloud is its model's."""
+    model = models.find(item.object_id) if item.source == CloudSource.MODEL else None
+    return item if model is None else dataclasses.replace(item, mesh=model.mesh)

@@ -9,7 +9,7 @@ from typing import Any
 
 from geometry_msgs.msg import PoseArray
 from spatial_relations_msgs.action import ImitateRelation
-from spatial_relations_msgs.msg import Imitation, PoseTarget
+from spatial_relations_msgs.msg import Imitation, Move, MovePlan, PoseTarget
 from std_msgs.msg import Header
 
 from spatial_relations_ros.core import ImitationError, Scene
@@ -79,6 +79,33 @@ def answer_to_msg(answer: ImitationAnswer, header: Header) -> Imitation:
         feasible=bool(answer.feasible),
         violations=list(answer.violations),
     )
+
+
+def plan_to_msg(answer: ImitationAnswer, header: Header) -> MovePlan:
+    """MovePlan.msg of one answer."""
+    placements = {placement.object_id: placement for placement in answer.placements}
+    moves = [
+        _move_to_msg(placements[move.object_id])
+        if move.to_target
+        else Move(object_id=move.object_id)
+        for move in answer.order
+    ]
+    return MovePlan(header=header, moves=moves)
+
+
+def _move_to_msg(placement: ObjectPlacement) -> Move:
+    msg = Move(
+        object_id=placement.object_id,
+        to_target=True,
+        target=pose_to_msg(placement.target),
+        approach=pose_to_msg(placement.approach),
+        approach_clear=bool(placement.approach_clear),
+        has_grasp=placement.gripper_target is not None,
+    )
+    if placement.gripper_target is not None and placement.gripper_approach is not None:
+        msg.gripper_target = pose_to_msg(placement.gripper_target)
+        msg.gripper_approach = pose_to_msg(placement.gripper_approach)
+    return msg
 
 
 def targets_to_pose_array(answer: ImitationAnswer, header: Header) -> PoseArray:

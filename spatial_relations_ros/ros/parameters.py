@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import array
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -21,7 +22,7 @@ from spatial_relations_ros.core import ConfigError
 
 _KINDS = {bool: 'true or false', int: 'an integer', float: 'a number', str: 'a text'}
 
-ParameterValue = bool | int | float | str | list[str]
+ParameterValue = bool | int | float | str | list[str] | list[float]
 
 
 @dataclass(frozen=True)
@@ -37,6 +38,7 @@ class ParameterSpec:
         choices: the only strings that are accepted, when not empty.
         is_fixed: can be set at start only.
         may_be_nan: whether NaN is accepted, as "not known".
+        is_numbers: whether a list is one of finite numbers rather than of strings.
     """
 
     name: str
@@ -47,6 +49,7 @@ class ParameterSpec:
     choices: tuple[str, ...] = ()
     is_fixed: bool = False
     may_be_nan: bool = False
+    is_numbers: bool = False
 
     def checked(self, value: Any) -> ParameterValue:
         """The value in the parameter's type.
@@ -55,7 +58,9 @@ class ParameterSpec:
             ConfigError: for a wrong type, a number out of range or an unknown choice.
         """
         if isinstance(self.default, list):
-            return self._checked_strings(value)
+            return (
+                self._checked_numbers(value) if self.is_numbers else self._checked_strings(value)
+            )
         if isinstance(self.default, float) and type(value) is int:
             value = float(value)
         if 'true' in self.choices and isinstance(value, bool):
@@ -79,6 +84,14 @@ class ParameterSpec:
         if values is None or not all(isinstance(item, str) for item in values):
             raise ConfigError(f'{self.name} is {value!r}, expected a list of strings')
         return [item for item in values if item]
+
+    def _checked_numbers(self, value: Any) -> list[float]:
+        is_list = isinstance(value, (list, tuple, array.array))
+        values: list[Any] = list(value) if is_list else []
+        are_numbers = all(type(item) in (int, float) and math.isfinite(item) for item in values)
+        if not (is_list and are_numbers):
+            raise ConfigError(f'{self.name} is {value!r}, expected a list of finite numbers')
+        return [float(item) for item in values]
 
     def _check_range(self, value: float) -> None:
         low = -math.inf if self.minimum is None else self.minimum
@@ -159,7 +172,13 @@ class Parameters:
         """A list of strings, without empty ones."""
         value = self._value(name)
         assert isinstance(value, list)
-        return value
+        return [str(item) for item in value]
+
+    def numbers(self, name: str) -> list[float]:
+        """A list of numbers."""
+        value = self._value(name)
+        assert isinstance(value, list)
+        return [float(item) for item in value]
 
     def number(self, name: str) -> float:
         """A float parameter."""

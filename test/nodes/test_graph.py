@@ -19,7 +19,7 @@ from rcl_interfaces.srv import SetParameters
 from ros_graph import ANSWER_SEC, START_SEC, Graph
 from sensor_msgs.msg import PointCloud2
 from spatial_relations_msgs.action import ImitateRelation
-from spatial_relations_msgs.msg import Imitation
+from spatial_relations_msgs.msg import Imitation, MovePlan
 from spatial_relations_msgs.msg import Scene as SceneMsg
 from spatial_relations_msgs.srv import (
     Distance,
@@ -34,6 +34,7 @@ from spatial_relations_msgs.srv import (
 )
 from visualization_msgs.msg import MarkerArray
 
+from spatial_relations_ros.core import Pose
 from spatial_relations_ros.evaluation.bag_reader import BagReader, BagTopics
 from spatial_relations_ros.learning import load_metric
 from spatial_relations_ros.nodes.bag_player import BagPlayer
@@ -56,7 +57,9 @@ class Session:
         self.markers: list[MarkerArray] = []
         self.targets: list[PoseArray] = []
         self.single_targets: list[PoseStamped] = []
+        self.grippers: list[PoseStamped] = []
         self.imitations: list[Imitation] = []
+        self.plans: list[MovePlan] = []
         self.is_playing = True
         self.last_cloud: PointCloud2 | None = None
         test_id = plan.imitations[0].test_ids[1]
@@ -66,7 +69,9 @@ class Session:
         graph.subscribe(
             PoseStamped, f'/target_pose/{test_id}', self.single_targets.append, ANSWERS
         )
+        graph.subscribe(PoseStamped, f'/gripper_target/{test_id}', self.grippers.append, ANSWERS)
         graph.subscribe(Imitation, '/imitate_node/imitation', self.imitations.append, ANSWERS)
+        graph.subscribe(MovePlan, '/imitate_node/moves', self.plans.append, ANSWERS)
         qos = latest_cloud(is_reliable=True)
         graph.subscribe(PointCloud2, plan.points_topic, self._on_cloud, qos)
         self.cloud_publisher = graph.node.create_publisher(PointCloud2, plan.points_topic, qos)
@@ -130,6 +135,8 @@ def session(
             'num_starts': 2,
             'max_steps': 4,
             'publish_infeasible': True,
+            # How the gripper holds what is moved.
+            'grasps': [f'{plan.imitations[0].test_ids[1]}=0 0 0.1 1 0 0 0'],
         },
     )
     session = Session(graph, plan)
@@ -197,6 +204,34 @@ def test_imitate_answers_and_publishes_the_targets(session: Session) -> None:
     # Only the relative object may move unless the request says otherwise.
     assert published[0].is_close(read_pose(base.current.pose))
     assert not published[1].is_close(read_pose(relative.current.pose))
+
+
+def test_the_gripper_and_the_order_of_moves_are_published(session: Session) -> None:
+    session.grippers.clear(), session.plans.clear()
+    response = session.imitate()
+    assert response.answers, response.message
+    session.graph.wait(lambda: bool(session.grippers and session.plans), 'gripper and plan')
+    target = response.answers[0].targets[1]
+    grasp = Pose(np.array([0.0, 0.0, 0.1]), np.array([0.0, 1.0, 0.0, 0.0]))
+    gripper = read_pose(session.grippers[-1].pose)
+    assert gripper.is_close(read_pose(target.target.pose) @ grasp)
+    (move,) = session.plans[-1].moves
+    assert (move.object_id, move.to_target, move.has_grasp) == (session.test_ids[1], True, True)
+    assert read_pose(move.gripper_target).is_close(gripper)
+    assert read_pose(move.approach).is_close(read_pose(target.approach.pose))
+
+
+def test_what_else_is_seen_comes_with_a_scene_when_asked(session: Session) -> None:
+    plain = session.call(GetScene, '/perception_node/get_scene', object_ids=session.test_ids)
+    asked = session.call(
+        GetScene, '/perception_node/get_scene', object_ids=session.test_ids, with_others=True
+    )
+    assert not plain.others
+    others = {item.object_id for item in asked.others}
+    assert others == {'plate', 'cup', 'pot', 'can', 'tray', 'basket', 'mug', 'mug_2'} - set(
+        session.test_ids
+    )
+    assert not asked.clutter.width  # perception was not told to look for it
 
 
 def test_the_other_object_moves_when_asked(session: Session) -> None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import dataclasses
+
 import numpy as np
 import pytest
 from rclpy.serialization import deserialize_message, serialize_message
@@ -14,6 +16,7 @@ from spatial_relations_ros.imitation import (
     ImitationOptions,
     ImitationProgress,
     ImitationResult,
+    Move,
     ObjectPlacement,
 )
 from spatial_relations_ros.perception.messages import read_pose
@@ -21,6 +24,7 @@ from spatial_relations_ros.ros.conversions import header_to_msg
 from spatial_relations_ros.ros.imitation_messages import (
     fill_result,
     options_from_request,
+    plan_to_msg,
     progress_to_feedback,
     targets_to_pose_array,
 )
@@ -97,6 +101,29 @@ def test_service_and_action_results_are_filled_alike() -> None:
     result = ImitationResult(False, 'no', (), np.zeros(1, dtype=np.float32), 0.5, 0.1, 0)
     for message in (Imitate.Response(), ImitateRelation.Result()):
         assert fill_result(message, result, scene()).message == 'no'
+
+
+def test_the_plan_of_moves() -> None:
+    base, relative = answer().placements
+    held = dataclasses.replace(
+        relative, gripper_target=Pose(np.array([0.0, 0.0, 1.0])), gripper_approach=Pose()
+    )
+    ordered = dataclasses.replace(
+        answer(),
+        placements=(base, held),
+        order=(Move('mug', False), Move('tray'), Move('mug')),
+    )
+    plan = plan_to_msg(ordered, header_to_msg(5, 'map'))
+    assert [(move.object_id, move.to_target) for move in plan.moves] == [
+        ('mug', False),
+        ('tray', True),
+        ('mug', True),
+    ]
+    assert [move.has_grasp for move in plan.moves] == [False, False, True]
+    assert plan.moves[1].approach.position.z == pytest.approx(0.1)
+    assert plan.moves[2].gripper_target.position.z == 1.0
+    assert plan.header.frame_id == 'map'
+    assert plan_to_msg(answer(), header_to_msg(5, 'map')).moves == []
 
 
 def test_feedback_and_pose_array() -> None:

@@ -29,6 +29,7 @@ SPECS = (
     ParameterSpec('count', 3, 'How many.', minimum=1, maximum=9),
     ParameterSpec('mode', 'auto', 'How.', choices=('auto', 'true', 'false')),
     ParameterSpec('topics', [], 'Which.'),
+    ParameterSpec('places', [], 'Where to.', is_numbers=True),
     ParameterSpec('height', math.nan, 'Where.', minimum=-1.0, maximum=1.0, may_be_nan=True),
     ParameterSpec('name', 'x', 'Who.', is_fixed=True),
 )
@@ -61,6 +62,7 @@ def test_defaults_and_overrides(context: Context) -> None:
     assert parameters.texts('topics') == ['/a']
     assert parameters.integer('count') == 3
     assert math.isnan(parameters.number('height'))
+    assert parameters.numbers('places') == []
     node.destroy_node()
 
 
@@ -73,6 +75,10 @@ def test_bad_values_are_refused_with_a_reason_and_change_nothing(context: Contex
     assert 'expected an integer' in set_one(node, 'count', True)
     assert 'one of auto, true, false' in set_one(node, 'mode', 'perhaps')
     assert 'list of strings' in set_one(node, 'topics', [1, 2])
+    assert 'finite numbers' in set_one(node, 'places', [1.0, math.nan])
+    assert 'finite numbers' in set_one(node, 'places', ['a'])
+    assert set_one(node, 'places', [1, 2]) == ''
+    assert parameters.numbers('places') == [1.0, 2.0]
     assert 'height' in set_one(node, 'height', 2.0)
     assert set_one(node, 'name', 'y')
     assert parameters.number('budget') == 5.0

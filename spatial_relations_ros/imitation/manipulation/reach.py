@@ -74,11 +74,9 @@ class ArmReach:
         band = f'(reach {self.nearest:g} to {self.farthest:g} m)'
         nearest = self.distances(points).min(axis=1)
         missed = [
-            f'{name} {verb} {distance:.2f} m from the nearest shoulder {band}'
-            for verb, distance, is_reached in zip(
-                places, nearest, reaching.any(axis=1), strict=True
-            )
-            if not is_reached
+            f'{name} {verb} {nearest[k]:.2f} m from the nearest shoulder {band}'
+            for k, verb in enumerate(places)
+            if not reaching[k].any()
         ]
         if missed:
             return tuple(missed)
