@@ -30,9 +30,9 @@ class SupportConfig:
             prove that their ids are swapped.
     """
 
-    min_support: float = 0.2
+    min_support: float = 0.4
     hysteresis: float = 0.2
-    tolerance: float = 0.02
+    tolerance: float = 0.015
     rival_margin: float = 0.1
 
     def __post_init__(self) -> None:

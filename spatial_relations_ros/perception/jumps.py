@@ -28,6 +28,8 @@ class JumpConfig:
         swap_reach: two objects of which each moves at once to within this of the other's place
             have changed places, metres.
         swap_settle_sec: how long clouds must confirm two that have.
+        max_hidden_move: an object that is hidden is believed up to this far from where a cloud
+            has confirmed it, metres.
     """
 
     max_speed: float = 3.0
@@ -35,6 +37,7 @@ class JumpConfig:
     settle_sec: float = 1.0
     swap_reach: float = 0.08
     swap_settle_sec: float = 3.0
+    max_hidden_move: float = 0.05
 
     def __post_init__(self) -> None:
         limits = (
@@ -43,6 +46,7 @@ class JumpConfig:
             self.settle_sec,
             self.swap_reach,
             self.swap_settle_sec,
+            self.max_hidden_move,
         )
         if not all(limit >= 0 for limit in limits):
             raise ConfigError(f'limits of jumps must not be negative, got {self}')

@@ -117,7 +117,7 @@ class ScenePerception:
             self._refine(self._refiner, known, view)
             poses |= {object_id: pose for object_id, (_, pose) in known.items()}
         seen = {object_id: self._see(object_id, poses, known, view) for object_id in poses}
-        objects, states = self._believed(frame.stamp_ns, seen, refused)
+        objects, states = self._believed(frame.stamp_ns, seen, refused, poses)
         rejected |= {key: status.reason for key, status in states.items() if key not in objects}
         unread = {key: reason for key, reason in faults.items() if key not in objects}
         return FrameResult(
@@ -286,14 +286,18 @@ class ScenePerception:
         return item, sighting.observation
 
     def _believed(
-        self, stamp_ns: int, seen: Mapping[str, Seen], refused: Mapping[str, str]
+        self,
+        stamp_ns: int,
+        seen: Mapping[str, Seen],
+        refused: Mapping[str, str],
+        poses: Mapping[str, Pose],
     ) -> tuple[dict[str, SceneObject], dict[str, TrackStatus]]:
         """The objects that may be used, and the states of all."""
         observations = {object_id: observation for object_id, (_, observation) in seen.items()}
         for object_id, reason in refused.items():
             observations[object_id] = Observation(Evidence.CONTRADICTED, reason=reason)
         self._observed.keep(frozenset(observations))
-        states = self._beliefs.update(stamp_ns, observations)
+        states = self._beliefs.update(stamp_ns, observations, poses)
         objects: dict[str, SceneObject] = {}
         for object_id, status in states.items():
             item = seen[object_id][0] if object_id in seen else None

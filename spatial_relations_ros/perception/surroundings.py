@@ -16,6 +16,8 @@ from spatial_relations_ros.perception.table import Plane, find_table
 
 # Points this near to an object belong to it, metres.
 OBSTACLE_MARGIN = 0.02
+# The table is looked for up to this height above the objects' origins, metres.
+ABOVE_OBJECTS = 0.2
 
 
 def thin_world_points(
@@ -34,7 +36,8 @@ def table_around(
     if poses:
         centres = np.array([pose.translation for pose in poses.values()])
         low, high = centres.min(axis=0) - config.table_reach, centres.max(0) + config.table_reach
-        high[2] = centres[:, 2].max()
+        # Not much above them: a pose may be wrong and inside of the table.
+        high[2] = centres[:, 2].max() + ABOVE_OBJECTS
         inside = ((thin_points >= low) & (thin_points <= high)).all(axis=1)
         thin_points = thin_points[inside]
     return find_table(thin_points, np.random.default_rng(config.seed))

@@ -120,9 +120,8 @@ class TrackMonitor:
             self._contradict(belief, stamp_ns)
         elif seen.evidence is Evidence.CONFIRMED:
             self._confirm(belief, stamp_ns)
-        elif belief.state is None:  # nothing speaks against what the tracker says
-            is_free = seen.evidence is Evidence.NONE
-            belief.state = TrackState.TRACKED if is_free else TrackState.UNCERTAIN
+        elif belief.state is None:  # a new object must be seen once
+            belief.state = TrackState.UNCERTAIN
         elif belief.state is not TrackState.TRACKED:
             belief.good_since_ns = None
         assert belief.state is not None

@@ -148,19 +148,34 @@ def test_a_pose_inside_of_the_table_is_contradicted(tabletop):
     assert 'no support' in result.rejected['top']
 
 
-def test_an_object_behind_another_one_is_still_believed(tabletop):
-    """The wall before it was not there in the first frame."""
-    run = Run(tabletop)
-    run.step()
+def behind_a_wall(tabletop):
+    """The cloud with a wall half a metre before the camera."""
     depth = tabletop.cloud.xyz[..., 2]
     near = np.where(np.isfinite(depth), 0.55, np.nan).astype(np.float32)
-    xyz = tabletop.cloud.xyz * (near / depth)[..., None]
-    left_half = tabletop.cloud.xyz.copy()
-    columns = slice(0, 512)
-    left_half[:, columns] = xyz[:, columns]
-    result = run.step(cloud=PointCloud(left_half))
+    return PointCloud(tabletop.cloud.xyz * (near / depth)[..., None])
+
+
+def test_an_object_that_is_hidden_is_believed_where_it_was_seen(tabletop):
+    run = Run(tabletop)
+    run.step()
+    wall = behind_a_wall(tabletop)
+    result = run.step(cloud=wall)
     assert {status.state for status in result.states.values()} == {TRACKED}
     assert all(math.isnan(status.support) for status in result.states.values())
+    for idx in range(1, 11):
+        result = run.step({'tall': (0.01 * idx, 0, 0)}, cloud=wall)
+    assert result.states['base'].state is TRACKED
+    assert result.states['tall'].state is UNCERTAIN
+    assert 'it moved by 0.10 m since it was last seen' in result.rejected['tall']
+    assert run.states(1)['tall'] == [TRACKED]
+
+
+def test_an_object_that_was_hidden_from_the_start_must_be_seen_once(tabletop):
+    run = Run(tabletop)
+    result = run.step(cloud=behind_a_wall(tabletop))
+    assert {status.state for status in result.states.values()} == {UNCERTAIN}
+    assert result.rejected['base'] == 'its place is hidden or out of view, never confirmed'
+    assert run.step().rejected == {}
 
 
 @pytest.mark.parametrize('models', [True, False])

@@ -110,7 +110,7 @@ def test_the_step_gives_refined_poses_where_asked_for(tabletop):
             for key, item in objects.items()
         }
     assert all(metres == pytest.approx(0.01) for metres in found[False].values())
-    assert all(metres < 0.005 for metres in found[True].values())
+    assert all(metres < 0.007 for metres in found[True].values())
 
 
 def test_the_same_cloud_gives_the_same_pose(tabletop):

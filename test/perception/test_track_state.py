@@ -35,7 +35,7 @@ def states(*arguments, **options):
 
 @pytest.mark.parametrize(
     ('first', 'state'),
-    [(CONFIRMED, TRACKED), (HIDDEN, TRACKED), (WEAK, UNCERTAIN), (CONTRADICTED, LOST)],
+    [(CONFIRMED, TRACKED), (HIDDEN, UNCERTAIN), (WEAK, UNCERTAIN), (CONTRADICTED, LOST)],
 )
 def test_the_first_cloud_decides_about_a_new_object(first, state):
     assert states(TrackMonitor(), [first]) == [state]
