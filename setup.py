@@ -18,7 +18,10 @@ setup(
     name=PACKAGE_NAME,
     version='0.1.0',
     packages=find_packages(include=[PACKAGE_NAME, f'{PACKAGE_NAME}.*']),
-    package_data={PACKAGE_NAME: ['py.typed']},
+    package_data={
+        PACKAGE_NAME: ['py.typed'],
+        f'{PACKAGE_NAME}.visualization.report': ['*.html', '*.css', '*.js'],
+    },
     data_files=[
         ('share/ament_index/resource_index/packages', [f'resource/{PACKAGE_NAME}']),
         (f'share/{PACKAGE_NAME}', ['package.xml']),

@@ -10,6 +10,12 @@ import typer
 from rich.markup import escape
 
 from spatial_relations_ros.cli.error_reports import FAILED
+from spatial_relations_ros.cli.imitation_files import (
+    REPORT_SUFFIXES,
+    StepRecorder,
+    check_suffix,
+    shown_imitation,
+)
 from spatial_relations_ros.cli.options import (
     DataOption,
     MemoryOption,
@@ -113,6 +119,13 @@ def imitate(
             show_default=False,
         ),
     ] = None,
+    report: Annotated[
+        Path | None,
+        typer.Option(
+            '--report', metavar='HTML', show_default=False,
+            help='Write a page to look at: 3-D, steps, checks.',
+        ),
+    ] = None,
     json_path: JsonOption = None,
 ) -> None:  # fmt: skip
     """Imitate the relation of the reference objects with the test objects.
@@ -125,6 +138,7 @@ def imitate(
     Exit code 1 when no feasible answer nearer to the demonstration was found.
     """
     output = Output(json_path)
+    check_suffix(report, '--report', REPORT_SUFFIXES)
     reference_scene = SceneSource(
         'reference', reference, data, reference_base, reference_relative, reference_poses,
         remembered, memory, objects,
@@ -148,19 +162,33 @@ def imitate(
         ),
     )
     metric = load_metric(weights, gradient=gradient)
-    result = _run(metric, reference_scene, test_scene, options)
+    recorder = StepRecorder()
+    result = _run(metric, reference_scene, test_scene, options, recorder)
     _show(output, result, test_scene)
     content = result_entry(result)
     output.write_json(content)
     if out is not None:
         _write_folder(out, metric, reference_scene, test_scene, result, table_height)
         output.say(f'pictures and result.json in [bold]{out}[/]')
+    if report is not None:
+        shown = shown_imitation(
+            reference_scene, test_scene, result, recorder.steps,
+            table_height=table_height, weights=metric.model_hash,
+        )  # fmt: skip
+        from spatial_relations_ros.visualization import write_report
+
+        write_report(report, [shown], title=shown.title)
+        output.say(f'report: [bold]{report}[/]')
     if not result.success:
         raise typer.Exit(FAILED)
 
 
 def _run(
-    metric: RelationMetric, reference: Scene, test: Scene, options: ImitationOptions
+    metric: RelationMetric,
+    reference: Scene,
+    test: Scene,
+    options: ImitationOptions,
+    recorder: StepRecorder,
 ) -> ImitationResult:
     from spatial_relations_ros.imitation import imitate as run_imitation
 
@@ -168,6 +196,7 @@ def _run(
     with progress_bar('steps') as advance:
 
         def on_progress(progress: ImitationProgress) -> bool:
+            recorder.record(progress)
             advance(progress.step, max(steps, progress.step), f'distance {progress.distance:.3f}')
             return True
 

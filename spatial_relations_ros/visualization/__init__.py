@@ -17,7 +17,16 @@ from spatial_relations_ros.visualization.palette import (
 )
 from spatial_relations_ros.visualization.projections import draw_projections
 from spatial_relations_ros.visualization.rendering import render_scene
+from spatial_relations_ros.visualization.report import report_html, write_report
 from spatial_relations_ros.visualization.sheets import before_after, contact_sheet
+from spatial_relations_ros.visualization.shown_imitation import (
+    ShownAnswer,
+    ShownCheck,
+    ShownImitation,
+    ShownStep,
+    pose_between,
+    way_to,
+)
 
 __all__ = [
     'BASE_COLOUR',
@@ -25,7 +34,11 @@ __all__ = [
     'Image',
     'OBJECT_COLOURS',
     'RELATIVE_COLOUR',
+    'ShownAnswer',
+    'ShownCheck',
+    'ShownImitation',
     'ShownScene',
+    'ShownStep',
     'before_after',
     'contact_sheet',
     'draw_confusion',
@@ -35,8 +48,12 @@ __all__ = [
     'draw_projections',
     'frame_objects',
     'frame_points',
+    'pose_between',
     'read_image',
     'render_scene',
+    'report_html',
+    'way_to',
     'write_image',
     'write_imitation_pictures',
+    'write_report',
 ]

@@ -1,0 +1,46 @@
+"""What ``relations imitate`` writes for people to look at."""
+
+import json
+import re
+
+import pytest
+
+
+def imitate(relations, scene_files, weights, *options):
+    return relations(
+        'imitate', *scene_files['reference'].options('reference'),
+        *scene_files['test'].options('test'), '--weights', weights, '--steps', 2,
+        '--answers', 2, *options,
+    )  # fmt: skip
+
+
+def test_the_report_tells_what_the_json_tells(relations, scene_files, weights, tmp_path):
+    page, results = tmp_path / 'out.html', tmp_path / 'out.json'
+    result = imitate(relations, scene_files, weights, '--report', page, '--json', results)
+    assert result.exit_code in (0, 1), result.output
+    found = re.search(r'type="application/json">(.*?)</script>', page.read_text(), re.S)
+    assert found is not None
+    (case,) = json.loads(found[1])['cases']
+    answers = json.loads(results.read_text())['answers']
+    assert len(case['answers']) == len(answers)
+    for shown, answer in zip(case['answers'], answers, strict=True):
+        assert shown['distance'] == pytest.approx(answer['distance'], abs=1e-5)
+        assert shown['feasible'] == answer['feasible']
+        ends = shown['way'][-1]['poses']
+        for pose, role in zip(ends, ('base', 'relative'), strict=True):
+            told = answer['poses'][role]
+            assert pose == pytest.approx([*told['t'], *told['q_wxyz']], abs=1e-5)
+        named = [value for name, value, _ in shown['checks'] if name == 'violated']
+        assert named == answer['violations']
+    assert [item['id'] for item in case['reference']['objects']] == ['tray', 'cup']
+
+
+@pytest.mark.parametrize(
+    ('option', 'name', 'complaint'), [('--report', 'out.pdf', 'ends with .html or .htm')]
+)
+def test_a_wrong_file_is_refused_before_the_work(
+    relations, scene_files, weights, tmp_path, option, name, complaint
+):
+    result = imitate(relations, scene_files, weights, option, tmp_path / name)
+    assert result.exit_code == 2
+    assert complaint in ' '.join(result.stderr.split())
