@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from spatial_relations_ros.core import ConfigError, InvalidPoseError, Pose, Scene
 from spatial_relations_ros.core.rotations import wxyz_from_xyzw
 from spatial_relations_ros.imitation import ArmReach, ImitationOptions, Obstacle
+from spatial_relations_ros.imitation.manipulation import without_strays
 from spatial_relations_ros.nodes.scene_client import SeenScene
 from spatial_relations_ros.nodes.transform_listener import TransformListener
 from spatial_relations_ros.ros.parameters import ParameterSpec
@@ -127,8 +128,9 @@ class Robot:
 def obstacles_of(seen: SeenScene) -> tuple[Obstacle, ...]:
     """Everything that was seen beside the two objects of the scene."""
     obstacles = [Obstacle.of_object(item) for item in seen.others]
-    if seen.clutter is not None and len(seen.clutter):
-        obstacles.append(Obstacle.of_cloud(seen.clutter, 'something unknown'))
+    clutter = np.zeros((0, 3)) if seen.clutter is None else without_strays(seen.clutter)
+    if len(clutter):
+        obstacles.append(Obstacle.of_cloud(clutter, 'something unknown'))
     return tuple(obstacles)
 
 

@@ -12,6 +12,7 @@ from spatial_relations_ros.imitation.manipulation import (
     Obstacle,
     check_obstacles,
     obstacle_depths,
+    without_strays,
 )
 from spatial_relations_ros.imitation.manipulation.obstacles import thinned
 from spatial_relations_ros.imitation.shape import shape_of
@@ -112,6 +113,13 @@ def test_a_dense_cloud_is_thinned_to_a_point_a_cell():
     cells = np.floor((thin - dense.min(axis=0)) / 0.004).astype(int)
     assert len(np.unique(cells, axis=0)) == len(thin)
     assert {tuple(point) for point in thin} <= {tuple(point) for point in dense}
+
+
+def test_single_points_between_surfaces_are_noise():
+    strays = np.array([[0.1, 0.0, 0.1], [0.2, 0.0, 0.1], [0.2, 0.0, 0.11]])
+    wall = face(0.0)
+    np.testing.assert_array_equal(without_strays(np.concatenate([strays, wall])), wall)
+    assert len(without_strays(strays[:0])) == 0
 
 
 def test_clouds_that_are_none_are_refused():

@@ -40,6 +40,7 @@ from spatial_relations_ros.learning import load_metric
 from spatial_relations_ros.nodes.bag_player import BagPlayer
 from spatial_relations_ros.nodes.demo_plan import DemoPlan, read_demo_plan
 from spatial_relations_ros.perception.messages import read_pose, stamp_ns
+from spatial_relations_ros.perception.point_cloud2 import read_xyz
 from spatial_relations_ros.pipeline import LibraryModels, Pipeline
 from spatial_relations_ros.ros.conversions import header_to_msg, scene_from_msg
 from spatial_relations_ros.ros.qos import ANSWERS, SCENES, latest_cloud
@@ -112,6 +113,7 @@ def session(
             'models_path': models,
             'reliable_points': True,
             'publish_rate': 2.0,
+            'find_clutter': True,
             'max_age': 0.0,
             # A second source of poses; the model is that of `mug`.
             'pose_topics': ['mug_2=/simtrack/mug'],
@@ -231,7 +233,13 @@ def test_what_else_is_seen_comes_with_a_scene_when_asked(session: Session) -> No
     assert others == {'plate', 'cup', 'pot', 'can', 'tray', 'basket', 'mug', 'mug_2'} - set(
         session.test_ids
     )
-    assert not asked.clutter.width  # perception was not told to look for it
+    assert not plain.clutter.width
+    clutter = read_xyz(asked.clutter).points
+    assert asked.clutter.header.frame_id == session.plan.world_frame
+    # What belongs to an object or to the table is left out.
+    assert (clutter[:, 2] > asked.table_height).all()
+    mug = scene_from_msg(asked.scene).relative.world_from_object.translation
+    assert (np.linalg.norm(clutter - mug, axis=1) > 0.03).all()
 
 
 def test_the_other_object_moves_when_asked(session: Session) -> None:

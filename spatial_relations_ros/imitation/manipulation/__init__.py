@@ -2,7 +2,11 @@
 
 from spatial_relations_ros.imitation.manipulation.moves import Move
 from spatial_relations_ros.imitation.manipulation.obstacle_check import check_obstacles
-from spatial_relations_ros.imitation.manipulation.obstacles import Obstacle, obstacle_depths
+from spatial_relations_ros.imitation.manipulation.obstacles import (
+    Obstacle,
+    obstacle_depths,
+    without_strays,
+)
 from spatial_relations_ros.imitation.manipulation.reach import ArmReach
 
-__all__ = ['ArmReach', 'Move', 'Obstacle', 'check_obstacles', 'obstacle_depths']
+__all__ = ['ArmReach', 'Move', 'Obstacle', 'check_obstacles', 'obstacle_depths', 'without_strays']

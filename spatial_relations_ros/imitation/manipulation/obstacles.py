@@ -16,6 +16,8 @@ from spatial_relations_ros.imitation.contact import Body
 from spatial_relations_ros.imitation.shape import Shape, shape_of
 
 CELL = 0.004
+STRAY_RADIUS = 0.03
+_MIN_NEIGHBOURS = 3
 _POSES_A_CHUNK = 64
 _HASH = np.array([6364136223846793005, 2862933555777941757, 3202034522624059733])
 
@@ -92,6 +94,19 @@ def thinned(points: Points, cell: float = CELL) -> Points:
     # A hash (it may wrap around): sorting numbers is much faster than sorting triples.
     keys = cells @ _HASH
     return points[np.sort(np.unique(keys, return_index=True)[1])]
+
+
+def without_strays(points: NDArray[np.floating], radius: float = STRAY_RADIUS) -> Points:
+    """Points (M, 3) of a camera's cloud (N, 3) that have three others within a radius, metres.
+
+    Between a near and a far surface a depth camera sees single points that are not there; one of
+    them would forbid a placement.
+    """
+    points = np.asarray(points, dtype=np.float64)
+    if not len(points):
+        return points
+    counts = KDTree(points).query_ball_point(points, radius, return_length=True)
+    return points[counts > _MIN_NEIGHBOURS]
 
 
 def obstacle_depths(
