@@ -102,11 +102,11 @@ def without_strays(points: NDArray[np.floating], radius: float = STRAY_RADIUS) -
     Between a near and a far surface a depth camera sees single points that are not there; one of
     them would forbid a placement.
     """
-    points = np.asarray(points, dtype=np.float64)
-    if not len(points):
-        return points
-    counts = KDTree(points).query_ball_point(points, radius, return_length=True)
-    return points[counts > _MIN_NEIGHBOURS]
+    cloud: Points = np.array(points, dtype=np.float64)
+    if not len(cloud):
+        return cloud
+    counts = np.asarray(KDTree(cloud).query_ball_point(cloud, radius, return_length=True))
+    return cloud[counts > _MIN_NEIGHBOURS]
 
 
 def obstacle_depths(
