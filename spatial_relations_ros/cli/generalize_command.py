@@ -110,7 +110,7 @@ def generalize(
     if physics:
         require_simulation()
     dataset = read_dataset(folder)
-    plan = Plan(known, unknown, random_pairs, objects, max_cases, seed)
+    plan = Plan(known, unknown, random_pairs, objects, max_cases, seed, simulate=physics)
     with progress_bar('cases drawn') as advance:
         experiments = make_experiments(dataset, plan, on_progress=advance)
     cases = [case for experiment in experiments for case in experiment.cases]

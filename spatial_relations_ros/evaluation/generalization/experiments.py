@@ -32,6 +32,7 @@ class Plan:
         num_objects: that random pairs are drawn from.
         max_cases: of each experiment, evenly over all; None for all.
         seed: of everything drawn.
+        simulate: random pairs are such that stay in place in MuJoCo.
     """
 
     known: bool = True
@@ -40,6 +41,7 @@ class Plan:
     num_objects: int = 194
     max_cases: int | None = None
     seed: int = 0
+    simulate: bool = False
 
 
 def make_experiments(
@@ -74,6 +76,7 @@ def make_experiments(
                 num_cases=min(plan.num_random, plan.max_cases or plan.num_random),
                 num_objects=plan.num_objects,
                 seed=plan.seed,
+                simulate=plan.simulate,
                 on_progress=on_progress,
             )
         )

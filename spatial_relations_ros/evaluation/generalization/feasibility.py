@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import re
+from collections.abc import Iterable
 from weakref import WeakKeyDictionary
 
 import numpy as np
@@ -12,6 +13,7 @@ from numpy.typing import NDArray
 from spatial_relations_ros.core import Scene, SceneObject, TriangleMesh
 from spatial_relations_ros.evaluation.judging import Measures
 from spatial_relations_ros.placement.body import Body, Placed
+from spatial_relations_ros.placement.convex_parts import ConvexPart
 from spatial_relations_ros.placement.model import ObjectModel
 from spatial_relations_ros.placement.physics import Motion, settle
 from spatial_relations_ros.placement.stability import is_stable, resting_contacts
@@ -105,20 +107,41 @@ def check_feasibility(
 
 
 _bodies: WeakKeyDictionary[TriangleMesh, tuple[Body, NDArray[np.float64]]] = WeakKeyDictionary()
+_parts: WeakKeyDictionary[TriangleMesh, tuple[ConvexPart, ...]] = WeakKeyDictionary()
+
+
+def remember_parts(mesh: TriangleMesh, parts: tuple[ConvexPart, ...]) -> None:
+    """Takes convex parts of a mesh that are known already; cutting it takes seconds."""
+    _parts[mesh] = parts
+
+
+def remembered_parts(
+    meshes: Iterable[TriangleMesh],
+) -> list[tuple[TriangleMesh, tuple[ConvexPart, ...]]]:
+    """Those of the meshes whose parts are known, each once, with their parts."""
+    return [(mesh, _parts[mesh]) for mesh in dict.fromkeys(meshes) if mesh in _parts]
 
 
 def _placed(item: SceneObject, density: float) -> Placed:
     """An object for contact queries and simulation, its frame moved to the middle of its box."""
     assert item.mesh is not None
     if item.mesh not in _bodies:
-        low, high = item.mesh.vertices.min(axis=0), item.mesh.vertices.max(axis=0)
-        middle = 0.5 * (low + high).astype(np.float64)
-        centred = TriangleMesh(
-            (item.mesh.vertices - middle).astype(np.float32), item.mesh.triangles
-        )
-        name = re.sub(r'\W', '', item.object_id) or 'object'
-        model = ObjectModel(name, '', centred, {}, None, density)
-        _bodies[item.mesh] = Body.of(model), middle
+        _bodies[item.mesh] = _body(item.object_id, item.mesh, density)
     body, middle = _bodies[item.mesh]
     pose = item.world_from_object
     return Placed(body, pose.rotation, np.asarray(pose.apply(middle[None])[0]))
+
+
+def _body(object_id: str, mesh: TriangleMesh, density: float) -> tuple[Body, NDArray[np.float64]]:
+    """A body about the middle of a mesh's box, and that middle (3,) in the mesh's frame."""
+    low, high = mesh.vertices.min(axis=0), mesh.vertices.max(axis=0)
+    middle = 0.5 * (low + high).astype(np.float64)
+    centred = TriangleMesh((mesh.vertices - middle).astype(np.float32), mesh.triangles)
+    name = re.sub(r'\W', '', object_id) or 'object'
+    body = Body.of(ObjectModel(name, '', centred, {}, None, density))
+    if mesh in _parts:
+        # Where `cached_property` would keep them.
+        body.__dict__['convex_parts'] = tuple(
+            ConvexPart(part.points - middle, part.filled) for part in _parts[mesh]
+        )
+    return body, middle

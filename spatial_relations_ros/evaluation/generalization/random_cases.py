@@ -7,10 +7,12 @@ from collections.abc import Callable
 import numpy as np
 
 from spatial_relations_ros.core import Pose, Relation
-from spatial_relations_ros.datasets.generator import SceneSampler, generate_objects
+from spatial_relations_ros.datasets.generator import Measured, SceneSampler, generate_objects
 from spatial_relations_ros.evaluation.generalization.cases import Case, Experiment
+from spatial_relations_ros.evaluation.generalization.feasibility import MOVED, remember_parts
 from spatial_relations_ros.evaluation.generalization.placed_scenes import scene_of_placed
 from spatial_relations_ros.placement.body import Body, Placed
+from spatial_relations_ros.placement.physics import settle
 
 RANDOM = 'random'
 
@@ -23,6 +25,7 @@ def random_experiment(
     num_cases: int,
     num_objects: int,
     seed: int,
+    simulate: bool = False,
     on_progress: Callable[[int, int], None] | None = None,
 ) -> Experiment:
     """Random pairs of the whole object library.
@@ -35,13 +38,16 @@ def random_experiment(
         num_cases: how many.
         num_objects: that pairs are drawn from; at least 97 for one of each family.
         seed: of objects and scenes.
+        simulate: take only scenes that stay as they are for a second in MuJoCo, so that for each
+            case there is a placement that is feasible.
         on_progress: called with (cases drawn, cases in all).
 
     Raises:
         SpatialRelationsError: when too few objects cannot show a relation.
+        ConfigError: where MuJoCo is asked for and not installed.
     """
     bodies = [Body.of(model) for model in generate_objects(num_objects, seed=seed)]
-    sampler = SceneSampler(bodies)
+    sampler = SceneSampler(bodies, check=_moving_reason if simulate else None)
     cases = []
     for number in range(num_cases):
         relation = Relation(number % len(Relation))
@@ -59,12 +65,21 @@ def random_experiment(
         )  # fmt: skip
         if on_progress is not None:
             on_progress(number + 1, num_cases)
+    for body in bodies:
+        if 'convex_parts' in body.__dict__:  # those that were simulated
+            remember_parts(body.model.mesh, body.convex_parts)
     return Experiment(
         RANDOM,
         tuple(cases),
         f'random pairs of {num_objects} generated objects; the base stays as it lies, the '
         'relative starts apart',
     )
+
+
+def _moving_reason(measured: Measured) -> str:
+    """Why a drawn scene is refused: it does not stay as it is."""
+    motions = settle((measured.base, measured.relative))
+    return '' if all(motion.stayed for motion in motions) else MOVED
 
 
 def apart(base: Placed, relative: Placed, rng: np.random.Generator) -> Placed:

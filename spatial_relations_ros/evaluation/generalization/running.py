@@ -11,10 +11,16 @@ from typing import TypeVar
 
 import torch
 
+from spatial_relations_ros.core import TriangleMesh
 from spatial_relations_ros.evaluation.generalization.cases import Case
+from spatial_relations_ros.evaluation.generalization.feasibility import (
+    remember_parts,
+    remembered_parts,
+)
 from spatial_relations_ros.evaluation.generalization.outcome import Outcome, judge_attempt
 from spatial_relations_ros.evaluation.generalization.variants import Imitator, Weights
 from spatial_relations_ros.evaluation.generalization.views import CaseView, draw_view
+from spatial_relations_ros.placement.convex_parts import ConvexPart
 
 OnProgress = Callable[[int, int], None]
 Job = tuple[str, int]
@@ -89,7 +95,7 @@ class Runner:
             initializer=_start_worker,
             # One pickle of all cases: scenes of the same object go on sharing its mesh, and
             # with it all that is computed once for each mesh.
-            initargs=(self._cases, self._settings),
+            initargs=(self._cases, self._settings, remembered_parts(_meshes(self._cases))),
         ) as pool:
             self._pool = pool
             try:
@@ -152,9 +158,19 @@ def _counted(results: Iterator[R], total: int, on_progress: OnProgress | None) -
 _worker_bench: CaseBench | None = None
 
 
-def _start_worker(cases: Sequence[Case], settings: Settings) -> None:
+def _meshes(cases: Sequence[Case]) -> list[TriangleMesh]:
+    return [item.mesh for case in cases for item in case.test.objects if item.mesh is not None]
+
+
+def _start_worker(
+    cases: Sequence[Case],
+    settings: Settings,
+    parts: Sequence[tuple[TriangleMesh, tuple[ConvexPart, ...]]],
+) -> None:
     global _worker_bench
     torch.set_num_threads(1)
+    for mesh, its_parts in parts:
+        remember_parts(mesh, its_parts)
     _worker_bench = CaseBench(cases, settings)
 
 

@@ -1,7 +1,7 @@
 """Which pairs of objects can show a relation at all, by their shapes.
 
 After the paper, only containment excludes pairs: the base must be a container and the relative
-must go through its opening.
+must go through its opening, as deep as the judge asks of what is inside.
 """
 
 from __future__ import annotations
@@ -10,20 +10,22 @@ from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.signal import fftconvolve
+from scipy.spatial import ConvexHull
 
 from spatial_relations_ros.core import Relation, TriangleMesh
 from spatial_relations_ros.evaluation.judging import JudgeLimits
-from spatial_relations_ros.evaluation.judging.outline import outline_middle
 from spatial_relations_ros.evaluation.judging.solid import Solid, solid_of
 
 FloatArray = NDArray[np.float64]
+Bools = NDArray[np.bool_]
 
 INSIDE = (Relation.INSIDE, Relation.INSIDE_LYING, Relation.INSIDE_INCLINED)
 
 _GRID = 48
-_BELOW_RIM = 0.15
+_BELOW_RIM = 0.1
 _NUM_HEADINGS = 18
-_NUM_DIRECTIONS = 36
+_LEAST_SHARE = 0.96
 
 
 def impossible_reason(relation: Relation, base: TriangleMesh, relative: TriangleMesh) -> str:
@@ -51,45 +53,77 @@ def impossible_reason(relation: Relation, base: TriangleMesh, relative: Triangle
 
 
 def _fits(container: Solid, solid: Solid) -> bool:
-    """Whether one of the relative's narrow sections goes through the opening, middle on middle."""
-    opening = _opening(container)
-    if not len(opening):
-        return False
-    reach = (opening - outline_middle(opening)) @ _around(_NUM_DIRECTIONS)
-    room = reach.max(axis=0)
-    for outline in _sections(solid.mesh):
+    """Whether one of the relative's sections goes far enough into the hollow, at some heading."""
+    hollow = container.hollow
+    assert hollow is not None
+    for outline, length in _sections(solid.mesh):
+        needed = JudgeLimits().sunk * min(hollow.depth, length)
+        cell, rim = _free_cells(container, _BELOW_RIM * hollow.depth)
+        room = rim & _free_cells(container, needed)[1]
+        hull = ConvexHull(outline).equations
         for angle in np.arange(_NUM_HEADINGS) * (np.pi / _NUM_HEADINGS):
-            turn = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
-            turned = outline @ turn.T
-            if ((turned @ _around(_NUM_DIRECTIONS)).max(axis=0) <= room).all():
+            if _has_place(room, _filled(hull, outline, angle, cell)):
                 return True
     return False
 
 
-@lru_cache(maxsize=256)
-def _opening(container: Solid) -> FloatArray:
-    """Points (N, 2) of the hollow's section just below the rim, across the opening's axis."""
+def _has_place(room: Bools, shape: Bools) -> bool:
+    """Whether a shape lies within a room somewhere, both as cells."""
+    if any(needed > there for needed, there in zip(shape.shape, room.shape, strict=True)):
+        return False
+    covered = fftconvolve(room.astype(np.float64), shape[::-1, ::-1].astype(np.float64), 'valid')
+    # Single cells of the room are missing where rays slip between triangles.
+    return bool(covered.max() > _LEAST_SHARE * shape.sum())
+
+
+@lru_cache(maxsize=512)
+def _free_cells(container: Solid, depth: float) -> tuple[float, Bools]:
+    """Cells (48, 48) across the opening's axis that are free in the hollow, below its rim.
+
+    Returns:
+        Edge of a cell in metres, and which are free.
+    """
     hollow = container.hollow
     assert hollow is not None
     across = _across(hollow.opening)
     vertices = container.mesh.vertices.astype(np.float64) @ across.T
-    low, high = vertices.min(axis=0), vertices.max(axis=0)
-    grid = np.stack(np.meshgrid(*np.linspace(low, high, _GRID).T), axis=-1).reshape(-1, 2)
-    level = hollow.rim - _BELOW_RIM * hollow.depth
-    points = grid @ across + level * hollow.opening
+    middle = 0.5 * (vertices.min(axis=0) + vertices.max(axis=0))
+    cell = float(np.ptp(vertices, axis=0).max()) / _GRID
+    steps = cell * (np.arange(_GRID) - 0.5 * (_GRID - 1))
+    grid = middle + np.stack(np.meshgrid(steps, steps, indexing='ij'), axis=-1).reshape(-1, 2)
+    points = grid @ across + (hollow.rim - depth) * hollow.opening
     free = container.signed_distance(points) > 0.0
-    inside = free & hollow.encloses(container.rays, points)
-    return np.asarray(grid[inside])
+    free &= hollow.encloses(container.rays, points)
+    return cell, free.reshape(_GRID, _GRID)
+
+
+def _filled(hull: FloatArray, outline: FloatArray, angle_rad: float, cell: float) -> Bools:
+    """Cells whose middles are within a turned convex outline."""
+    turn = np.array(
+        [[np.cos(angle_rad), -np.sin(angle_rad)], [np.sin(angle_rad), np.cos(angle_rad)]]
+    )
+    half = np.abs(outline @ turn.T).max(axis=0)
+    counts = 2 * np.ceil(half / cell).astype(np.int64) + 1
+    steps = [cell * (np.arange(count) - count // 2) for count in counts]
+    middles = np.stack(np.meshgrid(*steps, indexing='ij'), axis=-1) @ turn
+    inside = (middles @ hull[:, :2].T + hull[:, 2]).max(axis=-1) <= 0.0
+    inside = inside[inside.any(axis=1)][:, inside.any(axis=0)]
+    return np.asarray(inside if inside.size else np.ones((1, 1), dtype=bool))
 
 
 @lru_cache(maxsize=256)
-def _sections(mesh: TriangleMesh) -> tuple[FloatArray, ...]:
-    """Outlines (V, 2) along the three principal axes, about their middles."""
+def _sections(mesh: TriangleMesh) -> tuple[tuple[FloatArray, float], ...]:
+    """Outlines (V, 2) along the mesh's own and its principal axes, with the lengths along them."""
     vertices = mesh.vertices.astype(np.float64)
     _, axes = np.linalg.eigh(np.cov(vertices.T))
-    outlines = [vertices @ np.delete(axes, idx, axis=1) for idx in range(3)]
-    outlines += [np.delete(vertices, idx, axis=1) for idx in range(3)]
-    return tuple(outline - outline_middle(outline) for outline in outlines)
+    sections = []
+    for turned in (vertices, vertices @ axes):
+        for axis in range(3):
+            outline = np.delete(turned, axis, axis=1)
+            outline = outline[ConvexHull(outline).vertices]
+            middle = 0.5 * (outline.min(axis=0) + outline.max(axis=0))
+            sections.append((outline - middle, float(np.ptp(turned[:, axis]))))
+    return tuple(sections)
 
 
 def _across(axis: FloatArray) -> FloatArray:
@@ -97,9 +131,3 @@ def _across(axis: FloatArray) -> FloatArray:
     first = np.cross(axis, np.eye(3)[int(np.argmin(np.abs(axis)))])
     first /= np.linalg.norm(first)
     return np.stack([first, np.cross(axis, first)])
-
-
-def _around(count: int) -> FloatArray:
-    """Directions (2, count) all around."""
-    angles = np.arange(count) * (2.0 * np.pi / count)
-    return np.stack([np.cos(angles), np.sin(angles)])

@@ -4,11 +4,16 @@ import dataclasses
 
 import numpy as np
 import pytest
+from manifold3d import Manifold
 
 from spatial_relations_ros.core import DatasetFormatError, Pose, Relation, TriangleMesh
 from spatial_relations_ros.datasets.freiburg import RelationDataset
 from spatial_relations_ros.datasets.object_files import save_cloud, save_mesh
 from spatial_relations_ros.evaluation.generalization.cases import lowest_point
+from spatial_relations_ros.evaluation.generalization.feasibility import (
+    check_feasibility,
+    remembered_parts,
+)
 from spatial_relations_ros.evaluation.generalization.known import (
     PAPER_REFERENCES,
     draw_references,
@@ -82,6 +87,21 @@ def test_what_does_not_go_through_the_opening_is_left_out(solids):
         assert impossible_reason(Relation.INSIDE, thing, cup) == 'the base is no container'
 
 
+def test_what_stands_in_the_hollow_leaves_less_room():
+    hollow = Manifold.cube((0.19, 0.19, 0.15), True).translate((0, 0, 0.01))
+    crate = Manifold.cube((0.2, 0.2, 0.15), True) - hollow
+    post = Manifold.cube((0.05, 0.05, 0.12), True).translate((0, 0, -0.01))
+    thing = Manifold.cube((0.1, 0.1, 0.1), True)
+    flat = Manifold.cube((0.05, 0.1, 0.1), True)
+    crate, post, thing, flat = (
+        TriangleMesh(solid.to_mesh().vert_properties[:, :3], solid.to_mesh().tri_verts)
+        for solid in (crate, crate + post, thing, flat)
+    )
+    assert impossible_reason(Relation.INSIDE, crate, thing) == ''
+    assert impossible_reason(Relation.INSIDE, post, thing) == 'the relative does not fit in'
+    assert impossible_reason(Relation.INSIDE, post, flat) == ''
+
+
 def test_random_pairs_are_possible_and_start_apart():
     experiment = random_experiment(num_cases=7, num_objects=60, seed=3)
     again = random_experiment(num_cases=7, num_objects=60, seed=3)
@@ -93,6 +113,20 @@ def test_random_pairs_are_possible_and_start_apart():
         assert judge_scene(case.test, 0.0).measures.clearance > 0.2
         for placed, same in zip(case.test.objects, other.test.objects, strict=True):
             assert placed.world_from_object.is_close(same.world_from_object, metres=0, angle_rad=0)
+
+
+def test_with_simulation_every_random_pair_has_a_feasible_placement():
+    experiment = random_experiment(num_cases=1, num_objects=40, seed=3, simulate=True)
+    for case in experiment.cases:
+        judgement = judge_scene(case.reference, 0.0)
+        # The demonstrations are drawn in the same way as the placements that are thrown away.
+        found = check_feasibility(
+            case.reference, judgement.measures, (1000.0, 1000.0), simulate=True
+        )
+        assert found.feasible, found
+    meshes = [item.mesh for case in experiment.cases for item in case.test.objects]
+    parts = remembered_parts([*meshes, *meshes])
+    assert [mesh for mesh, _ in parts] == list(dict.fromkeys(meshes))
 
 
 @pytest.fixture
