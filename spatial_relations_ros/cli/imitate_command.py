@@ -11,10 +11,12 @@ from rich.markup import escape
 
 from spatial_relations_ros.cli.error_reports import FAILED
 from spatial_relations_ros.cli.imitation_files import (
+    ANIMATION_SUFFIXES,
     REPORT_SUFFIXES,
     StepRecorder,
     check_suffix,
     shown_imitation,
+    write_shown,
 )
 from spatial_relations_ros.cli.options import (
     DataOption,
@@ -126,6 +128,13 @@ def imitate(
             help='Write a page to look at: 3-D, steps, checks.',
         ),
     ] = None,
+    animation: Annotated[
+        Path | None,
+        typer.Option(
+            '--animation', metavar='FILE', show_default=False,
+            help='Write the way to the best answer as .gif, .webp or .mp4.',
+        ),
+    ] = None,
     json_path: JsonOption = None,
 ) -> None:  # fmt: skip
     """Imitate the relation of the reference objects with the test objects.
@@ -139,6 +148,7 @@ def imitate(
     """
     output = Output(json_path)
     check_suffix(report, '--report', REPORT_SUFFIXES)
+    check_suffix(animation, '--animation', ANIMATION_SUFFIXES)
     reference_scene = SceneSource(
         'reference', reference, data, reference_base, reference_relative, reference_poses,
         remembered, memory, objects,
@@ -170,15 +180,12 @@ def imitate(
     if out is not None:
         _write_folder(out, metric, reference_scene, test_scene, result, table_height)
         output.say(f'pictures and result.json in [bold]{out}[/]')
-    if report is not None:
+    if report is not None or animation is not None:
         shown = shown_imitation(
-            reference_scene, test_scene, result, recorder.steps,
-            table_height=table_height, weights=metric.model_hash,
+            metric, reference_scene, test_scene, result,
+            steps=recorder.steps, table_height=table_height,
         )  # fmt: skip
-        from spatial_relations_ros.visualization import write_report
-
-        write_report(report, [shown], title=shown.title)
-        output.say(f'report: [bold]{report}[/]')
+        write_shown(output, shown, report, animation)
     if not result.success:
         raise typer.Exit(FAILED)
 

@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import typer
+from rich.markup import escape
+
+from spatial_relations_ros.cli.output import Output, progress_bar
 
 if TYPE_CHECKING:
     from spatial_relations_ros.core import Pose, Scene
@@ -17,6 +21,7 @@ if TYPE_CHECKING:
         ImitationResult,
         ObjectPlacement,
     )
+    from spatial_relations_ros.learning import RelationMetric
     from spatial_relations_ros.visualization import (
         ShownAnswer,
         ShownCheck,
@@ -27,6 +32,7 @@ if TYPE_CHECKING:
 REPORT_SUFFIXES = ('.html', '.htm')
 ANIMATION_SUFFIXES = ('.gif', '.webp', '.mp4')
 MAX_STEPS = 400
+NUM_MOMENTS = 13
 
 
 @dataclass
@@ -62,16 +68,16 @@ def check_suffix(path: Path | None, option: str, suffixes: tuple[str, ...]) -> N
 
 
 def shown_imitation(
+    metric: RelationMetric,
     reference: Scene,
     test: Scene,
     result: ImitationResult,
-    steps: list[ShownStep],
     *,
+    steps: Sequence[ShownStep] = (),
     table_height: float | None = None,
-    weights: str = '',
     title: str = '',
 ) -> ShownImitation:
-    """The result as pages and animations take it."""
+    """The result as pages and animations take it; distances on the ways there are measured."""
     from spatial_relations_ros.visualization import ShownImitation
 
     base, relative = test.object_ids
@@ -81,15 +87,17 @@ def shown_imitation(
         ('distance before', f'{result.initial_distance:.4f}'),
         ('time', f'{result.duration_sec:.2f} s'),
         ('optimiser steps', str(result.num_steps)),
+        ('weights', metric.model_hash[:12]),
     ]
-    if weights:
-        facts.append(('weights', weights[:12]))
     return ShownImitation(
         title
         or f'{relative} to {base} as {reference.relative.object_id} to {reference.base.object_id}',
         reference,
         test,
-        tuple(_shown_answer(answer, result) for answer in result.answers),
+        tuple(
+            _shown_answer(answer, result, measured_way(metric, reference, test, answer))
+            for answer in result.answers
+        ),
         tuple(steps),
         tuple(float(value) for value in result.distance_history),
         result.success,
@@ -99,7 +107,48 @@ def shown_imitation(
     )
 
 
-def _shown_answer(answer: ImitationAnswer, result: ImitationResult) -> ShownAnswer:
+def measured_way(
+    metric: RelationMetric, reference: Scene, test: Scene, answer: ImitationAnswer
+) -> tuple[ShownStep, ...]:
+    """Moments on the straight way to an answer, with the distances that scenes there have."""
+    import numpy as np
+
+    from spatial_relations_ros.visualization import ShownStep, straight_way
+
+    start = test.base.world_from_object, test.relative.world_from_object
+    end = answer.placements[0].target, answer.placements[1].target
+    ways = straight_way(start, end, NUM_MOMENTS)
+    embeddings = metric.embed_scenes([reference, *(test.with_poses(*poses) for poses in ways)])
+    distances = np.linalg.norm(embeddings[1:] - embeddings[0], axis=1)
+    return tuple(
+        ShownStep(poses, float(distance)) for poses, distance in zip(ways, distances, strict=True)
+    )
+
+
+def write_shown(
+    output: Output, shown: ShownImitation, report: Path | None, animation: Path | None
+) -> None:
+    """Writes the files that were asked for, and says so."""
+    from spatial_relations_ros.visualization import (
+        animate_imitation,
+        write_animation,
+        write_report,
+    )
+    from spatial_relations_ros.visualization.animations import NUM_FRAMES
+
+    if report is not None:
+        write_report(report, [shown], title=shown.title)
+        output.say(f'report: [bold]{escape(str(report))}[/]')
+    if animation is not None:
+        with progress_bar('pictures') as advance:
+            frames = animate_imitation(shown, on_frame=lambda done: advance(done, NUM_FRAMES))
+        write_animation(animation, frames)
+        output.say(f'animation: [bold]{escape(str(animation))}[/]')
+
+
+def _shown_answer(
+    answer: ImitationAnswer, result: ImitationResult, way: tuple[ShownStep, ...]
+) -> ShownAnswer:
     from spatial_relations_ros.visualization import ShownAnswer, ShownCheck
 
     nearer = answer.distance < result.initial_distance
@@ -118,6 +167,7 @@ def _shown_answer(answer: ImitationAnswer, result: ImitationResult) -> ShownAnsw
         float(answer.distance),
         answer.feasible,
         tuple(checks),
+        way,
     )
 
 

@@ -1,5 +1,6 @@
 """Pictures of scenes, projections and curves; no ROS, no display, no GPU."""
 
+from spatial_relations_ros.visualization.animations import animate_imitation, write_animation
 from spatial_relations_ros.visualization.camera import Camera, frame_objects, frame_points
 from spatial_relations_ros.visualization.confusions import draw_confusion
 from spatial_relations_ros.visualization.curves import draw_distance_curve
@@ -25,6 +26,7 @@ from spatial_relations_ros.visualization.shown_imitation import (
     ShownImitation,
     ShownStep,
     pose_between,
+    straight_way,
     way_to,
 )
 
@@ -39,6 +41,7 @@ __all__ = [
     'ShownImitation',
     'ShownScene',
     'ShownStep',
+    'animate_imitation',
     'before_after',
     'contact_sheet',
     'draw_confusion',
@@ -52,7 +55,9 @@ __all__ = [
     'read_image',
     'render_scene',
     'report_html',
+    'straight_way',
     'way_to',
+    'write_animation',
     'write_image',
     'write_imitation_pictures',
     'write_report',

@@ -12,7 +12,13 @@ from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
 from spatial_relations_ros.visualization.images import Image
-from spatial_relations_ros.visualization.palette import BASE_COLOUR, FADED_INK, FRAME, INK
+from spatial_relations_ros.visualization.palette import (
+    BASE_COLOUR,
+    FADED_INK,
+    FRAME,
+    INK,
+    RELATIVE_COLOUR,
+)
 
 DPI = 120
 
@@ -23,6 +29,8 @@ def draw_distance_curve(
     title: str = 'Distance to the demonstration',
     width: int = 800,
     height: int = 480,
+    cursor: float | None = None,
+    steps: str = 'step',
 ) -> Image:
     """The distance under the metric over the optimiser's steps.
 
@@ -31,14 +39,20 @@ def draw_distance_curve(
         title: above the curve.
         width: pixels.
         height: pixels.
+        cursor: a step, between two as well, that is marked; none by default.
+        steps: what the steps are.
 
     Returns:
         (height, width, 3) uint8 RGB.
     """
     distances = np.asarray(history, dtype=np.float64).reshape(-1)
-    canvas, axes = _axes_over_steps('distance', title=title, size=(width, height))
+    canvas, axes = _axes_over_steps('distance', steps, title=title, size=(width, height))
     if np.isfinite(distances).any():
         _curve(axes, distances)
+        if cursor is not None:
+            level = float(np.interp(cursor, np.arange(len(distances)), distances))
+            axes.axvline(cursor, color=RELATIVE_COLOUR, linewidth=1.5)
+            axes.plot(cursor, level, 'o', color=RELATIVE_COLOUR, markersize=8, clip_on=False)
     else:
         axes.text(
             0.5, 0.5, 'no steps were made', transform=axes.transAxes, ha='center', color=FADED_INK
@@ -65,7 +79,7 @@ def draw_loss_curve(
         (height, width, 3) uint8 RGB.
     """
     values = np.asarray(losses, dtype=np.float64).reshape(-1)
-    canvas, axes = _axes_over_steps('loss', title=title, size=(width, height))
+    canvas, axes = _axes_over_steps('loss', 'step', title=title, size=(width, height))
     steps = np.arange(1, len(values) + 1)
     axes.plot(steps, values, color=BASE_COLOUR, linewidth=0.8, alpha=0.35)
     window = max(1, len(values) // 50)
@@ -79,14 +93,14 @@ def draw_loss_curve(
 
 
 def _axes_over_steps(
-    quantity: str, *, title: str, size: tuple[int, int]
+    quantity: str, steps: str, *, title: str, size: tuple[int, int]
 ) -> tuple[FigureCanvasAgg, Axes]:
     """An empty diagram of a quantity over steps; size is width and height in pixels."""
     figure = Figure(figsize=(size[0] / DPI, size[1] / DPI), dpi=DPI, layout='constrained')
     canvas = FigureCanvasAgg(figure)
     axes = figure.add_subplot()
     axes.set_title(title, loc='left', fontsize=11, color=INK, fontweight='bold', pad=10)
-    axes.set_xlabel('step', color=FADED_INK)
+    axes.set_xlabel(steps, color=FADED_INK)
     axes.set_ylabel(quantity, color=FADED_INK)
     _plain(axes)
     return canvas, axes

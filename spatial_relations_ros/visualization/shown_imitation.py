@@ -48,12 +48,22 @@ class ShownCheck:
 
 @dataclass(frozen=True)
 class ShownAnswer:
-    """One answer: target poses, their distance, and what was checked."""
+    """One answer.
+
+    Attributes:
+        poses: targets of base and relative.
+        distance: to the demonstration.
+        feasible: whether nothing is violated.
+        checks: what was checked.
+        way: moments on the straight way there with their distances, start and end included;
+            empty when nobody measured them.
+    """
 
     poses: Poses
     distance: float
     feasible: bool
     checks: tuple[ShownCheck, ...] = ()
+    way: tuple[ShownStep, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)
@@ -103,23 +113,30 @@ def lowest_point(scene: Scene) -> float:
 def way_to(shown: ShownImitation, answer_idx: int = 0) -> tuple[ShownStep, ...]:
     """The moments on the way from the start to an answer.
 
-    For the best answer these are the recorded steps that changed something; without records,
-    and for every other answer, start and end alone.
+    For the best answer these are the recorded steps that changed something, if at least one
+    lies between; else the measured way, or start and end alone.
     """
-    end = shown.answers[answer_idx]
-    last = ShownStep(
-        end.poses, end.distance, shown.steps[-1].step if shown.steps else 0, end.feasible
-    )
+    answer = shown.answers[answer_idx]
     first = ShownStep(shown.start, shown.history[0] if shown.history else None)
-    if answer_idx > 0:
-        return first, last
+    last = ShownStep(
+        answer.poses,
+        answer.distance,
+        shown.steps[-1].step if shown.steps else 0,
+        answer.feasible,
+    )
     kept = [first]
-    for step in (*shown.steps, last):
+    for step in (*(shown.steps if answer_idx == 0 else ()), last):
         if not _same(kept[-1].poses, step.poses):
             kept.append(step)
-    if not _same(kept[-1].poses, last.poses):
-        kept.append(last)
-    return tuple(kept)
+    return answer.way if len(kept) < 3 and answer.way else tuple(kept)
+
+
+def straight_way(start: Poses, end: Poses, num_moments: int) -> list[Poses]:
+    """Poses from start to end, both included, evenly apart."""
+    return [
+        (pose_between(start[0], end[0], share), pose_between(start[1], end[1], share))
+        for share in (idx / (num_moments - 1) for idx in range(num_moments))
+    ]
 
 
 def pose_between(start: Pose, end: Pose, share: float) -> Pose:

@@ -15,9 +15,12 @@ def imitate(relations, scene_files, weights, *options):
 
 
 def test_the_report_tells_what_the_json_tells(relations, scene_files, weights, tmp_path):
-    page, results = tmp_path / 'out.html', tmp_path / 'out.json'
-    result = imitate(relations, scene_files, weights, '--report', page, '--json', results)
-    assert result.exit_code in (0, 1), result.output
+    page, results, way = (tmp_path / name for name in ('out.html', 'out.json', 'out.webp'))
+    result = imitate(
+        relations, scene_files, weights, '--report', page, '--json', results, '--animation', way
+    )
+    assert isinstance(result.exception, SystemExit | None), repr(result.exception)
+    assert way.stat().st_size > 5000
     found = re.search(r'type="application/json">(.*?)</script>', page.read_text(), re.S)
     assert found is not None
     (case,) = json.loads(found[1])['cases']
@@ -36,7 +39,11 @@ def test_the_report_tells_what_the_json_tells(relations, scene_files, weights, t
 
 
 @pytest.mark.parametrize(
-    ('option', 'name', 'complaint'), [('--report', 'out.pdf', 'ends with .html or .htm')]
+    ('option', 'name', 'complaint'),
+    [
+        ('--report', 'out.pdf', 'ends with .html or .htm'),
+        ('--animation', 'out.avi', 'ends with .gif or .webp or .mp4'),
+    ],
 )
 def test_a_wrong_file_is_refused_before_the_work(
     relations, scene_files, weights, tmp_path, option, name, complaint

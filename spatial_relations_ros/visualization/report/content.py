@@ -69,11 +69,14 @@ def _scene(scene: Scene, table: float, store: ModelStore) -> dict[str, Any]:
 
 
 def _answer(shown: ShownImitation, idx: int, answer: ShownAnswer) -> dict[str, Any]:
+    way = way_to(shown, idx)
     return {
         'distance': _number(answer.distance),
         'feasible': answer.feasible,
         'checks': [[check.name, check.value, check.passed] for check in answer.checks],
-        'way': [_step(step) for step in way_to(shown, idx)],
+        'way': [_step(step) for step in way],
+        # Else a straight line that nobody walked, whose distances were measured afterwards.
+        'recorded': idx == 0 and len(way) > 2 and way is not answer.way,
     }
 
 

@@ -41,13 +41,17 @@ class Curve {
     const path = points.map((point) => `${this.x(point[0]).toFixed(1)} ${this.y(point[1]).toFixed(1)}`).join(' L ');
     svgElement('path', { class: 'area', d: `M ${this.x(points[0][0])} ${this.y(0)} L ${path} L ${this.x(points[points.length - 1][0])} ${this.y(0)} Z` }, svg);
     svgElement('path', { class: 'line', d: `M ${path}` }, svg);
-    this.cursor = svgElement('line', { class: 'cursor', y1: top, y2: height - bottom }, svg);
-    this.dot = svgElement('circle', { r: 4.5 }, svg);
+    this.svg = svg;
+    this.span = { y1: top, y2: height - bottom };
   }
 
   point(x) {
-    if (!this.cursor) return;
     const points = this.points;
+    if (points.length === 0) return;
+    if (!this.cursor) {
+      this.cursor = svgElement('line', { class: 'cursor', ...this.span }, this.svg);
+      this.dot = svgElement('circle', { r: 4.5 }, this.svg);
+    }
     let idx = points.findIndex((point) => point[0] >= x);
     if (idx < 0) idx = points.length - 1;
     const before = points[Math.max(0, idx - 1)];

@@ -9,6 +9,7 @@ const surfaces = Object.fromEntries(Object.entries(content.models).map(([key, mo
 const state = { caseIdx: 0, answerIdx: 0, at: 0, playing: 0 };
 const views = {};
 const curve = new Curve(byId('curve'));
+const searchCurve = new Curve(byId('search-curve'));
 
 for (const name of ['reference', 'test']) {
   try {
@@ -83,15 +84,15 @@ function showMoment() {
   const way = chosenWay();
   const nearest = way[Math.round(state.at)];
   const words = [];
-  if (state.at <= 0) words.push('before');
+  if (Math.round(state.at) === 0) words.push('before');
   else if (state.at >= way.length - 1) words.push('after');
-  else words.push(way.length > 2 ? `best so far, ${Math.round(state.at)} of ${way.length - 1}, step ${nearest.step}` : 'on the way');
+  else words.push(chosenCase().answers[state.answerIdx].recorded ? `best so far, ${Math.round(state.at)} of ${way.length - 1}, step ${nearest.step}` : 'on the way');
   if (nearest.distance !== null && Math.abs(state.at - Math.round(state.at)) < 0.05) words.push(`distance ${nearest.distance.toFixed(3)}`);
   byId('moment').textContent = words.join(' · ');
   byId('slider').value = state.at;
   byId('slider').setAttribute('aria-valuetext', words.join(', '));
   document.body.dataset.at = state.at.toFixed(2);
-  curve.point(state.curveOf === 'moments' ? state.at : state.at / Math.max(1, way.length - 1) * state.lastStep);
+  if (way.length > 2) curve.point(state.at);
 }
 
 function moveTo(at) {
@@ -125,18 +126,14 @@ function showTables() {
   }
 }
 
-function showCurve() {
+function showCurves() {
   const way = chosenWay();
+  const { recorded } = chosenCase().answers[state.answerIdx];
   const moments = way.map((step, idx) => [idx, step.distance]).filter((point) => point[1] !== null);
-  const { history } = chosenCase();
-  if (moments.length > 2 || history.length < 2) {
-    state.curveOf = 'moments';
-    curve.show(moments, way.length > 2 ? 'best answer so far' : 'before and after');
-  } else {
-    state.curveOf = 'steps';
-    state.lastStep = history.length - 1;
-    curve.show(history.map((value, idx) => [idx, value]).filter((point) => point[1] !== null), 'step');
-  }
+  curve.show(moments, recorded ? 'changes of the best answer' : 'straight way from before to after');
+  const history = chosenCase().history.map((value, idx) => [idx, value]).filter((point) => point[1] !== null);
+  byId('search').hidden = history.length < 2;
+  if (history.length > 1) searchCurve.show(history, 'step of the search');
 }
 
 function chooseAnswer(idx) {
@@ -146,7 +143,7 @@ function chooseAnswer(idx) {
   const way = chosenWay();
   byId('slider').max = way.length - 1;
   showTables();
-  showCurve();
+  showCurves();
   moveTo(way.length - 1);
 }
 
