@@ -6,14 +6,21 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
+from rich.markup import escape
 
 from spatial_relations_ros.cli.error_reports import FAILED
+from spatial_relations_ros.cli.imitation_files import (
+    REPORT_SUFFIXES,
+    check_suffix,
+    shown_imitation,
+)
 from spatial_relations_ros.cli.options import SeedOption, WeightsOption
 from spatial_relations_ros.cli.output import JsonOption, Output, json_text, progress_bar
 
 if TYPE_CHECKING:
     from spatial_relations_ros.evaluation.bag_reader import BagTopics
     from spatial_relations_ros.evaluation.replay import ReplayedFrame, ReplayOptions, ReplayReport
+    from spatial_relations_ros.learning import RelationMetric
 
 
 def replay(
@@ -66,6 +73,13 @@ def replay(
         Path | None,
         typer.Option('--csv', metavar='OUT', show_default=False, help='Write a row a frame.'),
     ] = None,
+    page: Annotated[
+        Path | None,
+        typer.Option(
+            '--report', metavar='HTML', show_default=False,
+            help='Write a page to look at: each imitation in 3-D.',
+        ),
+    ] = None,
     json_path: JsonOption = None,
 ) -> None:  # fmt: skip
     """Replay a bag through perception, and imitate what it shows.
@@ -78,6 +92,10 @@ def replay(
     from spatial_relations_ros.imitation import ImitationOptions
 
     output = Output(json_path)
+    check_suffix(page, '--report', REPORT_SUFFIXES)
+    from spatial_relations_ros.learning import load_metric
+
+    metric = None if reference is None else load_metric(weights)
     options = ReplayOptions(
         reference_ids=reference,
         test_ids=test,
@@ -86,11 +104,13 @@ def replay(
         imitation=ImitationOptions(seed=seed),
     )
     topics = _topics(points_topic, tracked_topics or [])
-    report = _run(bag, options, topics, models, world_frame, weights)
+    report = _run(bag, options, topics, models, world_frame, metric)
     _show(output, report)
     output.write_json(report_content(report))
     _write(csv, report_csv(report))
     _write(timing, json_text(_timing(output, report)))
+    if page is not None:
+        _write_page(output, page, report, metric, options)
     wanted = reference is not None
     if wanted and not any(f.imitation is not None and f.imitation.success for f in report.frames):
         raise typer.Exit(FAILED)
@@ -112,18 +132,16 @@ def _run(
     topics: BagTopics | None,
     models: Path | None,
     world_frame: str,
-    weights: Path | None,
+    metric: RelationMetric | None,
 ) -> ReplayReport:
     from spatial_relations_ros.evaluation.bag_reader import BagReader
     from spatial_relations_ros.evaluation.replay import replay_bag
-    from spatial_relations_ros.learning import load_metric
     from spatial_relations_ros.pipeline import LibraryModels, PerceptionConfig, Pipeline
 
     pipeline = Pipeline(
         PerceptionConfig(world_frame=world_frame),
         None if models is None else LibraryModels(models),
     )
-    metric = None if options.reference_ids is None else load_metric(weights)
     with BagReader(bag, topics) as reader:
         num_clouds = reader.contents[reader.topics().points][1]
     with progress_bar('frames') as advance:
@@ -132,6 +150,37 @@ def _run(
             advance(frame.frame_idx + 1, num_clouds)
 
         return replay_bag(bag, pipeline, metric, options, topics=topics, on_frame=on_frame)
+
+
+def _write_page(
+    output: Output,
+    path: Path,
+    report: ReplayReport,
+    metric: RelationMetric | None,
+    options: ReplayOptions,
+) -> None:
+    """A page of all imitations whose four objects the frame shows."""
+    from spatial_relations_ros.visualization import write_report
+
+    shown = []
+    for frame in report.frames:
+        if frame.imitation is None or metric is None:
+            continue
+        ids = (*(options.reference_ids or ()), *(options.test_ids or ()))
+        if not set(ids) <= set(frame.result.objects):
+            continue
+        reference, test = frame.result.scene(*ids[:2]), frame.result.scene(*ids[2:])
+        shown.append(
+            shown_imitation(
+                metric, reference, test, frame.imitation,
+                table_height=frame.result.table_height, title=f'frame {frame.frame_idx}',
+            )
+        )  # fmt: skip
+    if not shown:
+        output.say('no imitation was made: there is nothing to report')
+        return
+    write_report(path, shown, title=f'{ids[3]} to {ids[2]} as {ids[1]} to {ids[0]}')
+    output.say(f'report: [bold]{escape(str(path))}[/]')
 
 
 def _show(output: Output, report: ReplayReport) -> None:

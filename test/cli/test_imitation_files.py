@@ -2,6 +2,7 @@
 
 import json
 import re
+from pathlib import Path
 
 import pytest
 
@@ -51,3 +52,18 @@ def test_a_wrong_file_is_refused_before_the_work(
     result = imitate(relations, scene_files, weights, option, tmp_path / name)
     assert result.exit_code == 2
     assert complaint in ' '.join(result.stderr.split())
+
+
+def test_a_replay_is_reported_frame_by_frame(relations, weights, tmp_path):
+    bag = Path(__file__).resolve().parents[2] / 'bags'
+    page = tmp_path / 'replay.html'
+    result = relations(
+        'replay', bag / 'demo', '--models', bag / 'objects', '--reference', 'plate', 'cup',
+        '--test', 'tray', 'mug', '--frame', 5, '--weights', weights, '--report', page,
+    )  # fmt: skip
+    assert isinstance(result.exception, SystemExit | None), repr(result.exception)
+    found = re.search(r'type="application/json">(.*?)</script>', page.read_text(), re.S)
+    assert found is not None
+    (case,) = json.loads(found[1])['cases']
+    assert case['title'] == 'frame 5'
+    assert [item['id'] for item in case['test']['objects']] == ['tray', 'mug']
