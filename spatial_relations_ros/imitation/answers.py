@@ -5,7 +5,6 @@ from __future__ import annotations
 import dataclasses
 import functools
 import math
-from collections.abc import Callable
 
 import numpy as np
 import torch
@@ -21,6 +20,7 @@ from spatial_relations_ros.imitation.result import ImitationAnswer
 # Among answers that are all but equal under the metric the nearest place wins.
 _WAY_WEIGHT = 0.02
 _LONG_WAY = 3.0
+_UNSTEADY_WEIGHT = 0.15
 _SAME_SHIFT = 0.1
 _SAME_TURN_RAD = math.radians(20.0)
 
@@ -43,7 +43,7 @@ class AnswerMaker:
         usable_below = (
             self.objective.similar_distance if self.options.physics_weight > 0.0 else None
         )
-        return rank(answers, usable_below, self._handicap)
+        return rank(answers, usable_below)
 
     def answers(self, batch: PoseBatch) -> list[ImitationAnswer]:
         """Checked answers at exactly these poses, with distances as the metric reports them."""
@@ -52,10 +52,11 @@ class AnswerMaker:
             batch = evaluate(
                 self.objective, batch.rotations, batch.translations, headings=headings
             )
-        return [
+        made = [
             self._answer(row_poses(batch, row, self.objective.origin), float(batch.distances[row]))
             for row in range(len(batch.costs))
         ]
+        return [self.handicapped(answer, steady=True, extra=0.0) for answer in made]
 
     @functools.cached_property
     def _placing(self) -> Placing:
@@ -84,8 +85,21 @@ class AnswerMaker:
             return Pose(pose.translation, -pose.quat_wxyz)
         return pose
 
+    def handicapped(
+        self, answer: ImitationAnswer, *, steady: bool, extra: float
+    ) -> ImitationAnswer:
+        """The answer with what ranking is to add to its distance.
+
+        Args:
+            answer: made here.
+            steady: whether it stays on a table that is tilted more.
+            extra: what is known about the placement besides.
+        """
+        handicap = self._handicap(answer) + extra + (0.0 if steady else _UNSTEADY_WEIGHT)
+        return dataclasses.replace(answer, steady=steady, handicap=handicap)
+
     def _handicap(self, answer: ImitationAnswer) -> float:
-        """Added to the distance: for a wrong heading or spacing, and a little for long ways."""
+        """For another heading or layout than the demonstration's, and for long ways."""
         targets = np.array([placement.target.translation for placement in answer.placements])
         now = np.array([placement.current.translation for placement in answer.placements])
         way = float(np.linalg.norm(targets - now, axis=1).sum()) / self.objective.extent
@@ -98,19 +112,15 @@ class AnswerMaker:
         return penalty + _WAY_WEIGHT * min(way, _LONG_WAY)
 
 
-def rank(
-    answers: list[ImitationAnswer],
-    usable_below: float | None,
-    handicap: Callable[[ImitationAnswer], float] = lambda _: 0.0,
-) -> list[ImitationAnswer]:
+def rank(answers: list[ImitationAnswer], usable_below: float | None) -> list[ImitationAnswer]:
     """Feasible answers nearer than ``usable_below`` first, then the nearest attempts.
 
-    Without that distance feasibility does not count. A handicap is added to each distance.
+    Without that distance feasibility does not count. Handicaps are added to distances.
     """
 
     def key(answer: ImitationAnswer) -> tuple[bool, float]:
         usable = usable_below is None or (answer.feasible and answer.distance < usable_below)
-        return not usable, answer.distance + handicap(answer)
+        return not usable, answer.distance + answer.handicap
 
     return sorted(answers, key=key)
 

@@ -8,11 +8,10 @@ import time
 import numpy as np
 import torch
 
-from spatial_relations_ros.core import ImitationError, Scene
+from spatial_relations_ros.core import Scene
 from spatial_relations_ros.imitation.answers import AnswerMaker, distinct
-from spatial_relations_ros.imitation.contact import Body, lowest_point
-from spatial_relations_ros.imitation.layout import spacing
-from spatial_relations_ros.imitation.objective import Objective
+from spatial_relations_ros.imitation.lean import demonstrated_lean
+from spatial_relations_ros.imitation.objective_setup import make_objective
 from spatial_relations_ros.imitation.options import ROLES, ImitationOptions
 from spatial_relations_ros.imitation.pose_optimizer import PoseBatch, evaluate, refine
 from spatial_relations_ros.imitation.poses import pose_tensors
@@ -23,14 +22,16 @@ from spatial_relations_ros.imitation.result import (
     ProgressCallback,
 )
 from spatial_relations_ros.imitation.search import Candidate, PlacementSearch
-from spatial_relations_ros.imitation.shape import shape_of
 from spatial_relations_ros.imitation.tabletop import Tabletop
 from spatial_relations_ros.learning import RelationMetric
-from spatial_relations_ros.projection import resample_points
 
 _MAX_CHECKS = 16
 # Of the distance of similar relations: nothing beyond is worth a check.
 _HOPELESS = 1.2
+_CLEAR = 0.6
+# What barely stays is one of several, the rest may be steadier.
+_UNSTEADY_COUNT = 0.4
+_STEADY_TILT_RAD = math.radians(8.0)
 _MAX_MORE = 4
 _MORE_CHUNKS = 3
 _SPARE_ANSWERS = 1
@@ -83,7 +84,8 @@ class _Imitation:
     ) -> None:
         self.start_time = time.monotonic()
         self.options, self.test, self.on_progress = options, test, on_progress
-        self.objective = _make_objective(metric, reference, test, options)
+        self.objective = make_objective(metric, reference, test, options)
+        self.lean_rad = demonstrated_lean(reference)
         self.movable = (ROLES[0] in options.movable, ROLES[1] in options.movable)
         self.maker = AnswerMaker(test, self.objective, options, self.movable)
         self.answers: list[ImitationAnswer] = []
@@ -111,7 +113,9 @@ class _Imitation:
             self.test.base.world_from_object,
             self.objective.table_height,
         )
-        search = PlacementSearch(self.test, self.objective, tabletop, self.movable, self.options)
+        search = PlacementSearch(
+            self.test, self.objective, tabletop, self.movable, self.options, lean=self.lean_rad
+        )
         found: list[Candidate] = []
         if self.options.propose:
             for chunk in search.run():
@@ -130,7 +134,7 @@ class _Imitation:
         refused: set[Candidate] = set()
         self._check(search, found, refused)
         for _ in range(_MAX_MORE if self.options.propose else 0):
-            if self._is_success(self.best) or not self._keep_going(self.num_steps):
+            if self._is_clear(self.best) or not self._keep_going(self.num_steps):
                 break
             # Nothing near the demonstration stays: look on around what is not known to fall.
             for _ in range(_MORE_CHUNKS):
@@ -147,7 +151,7 @@ class _Imitation:
         """
         wanted = self.options.num_answers + _SPARE_ANSWERS
         nearest: Candidate | None = None
-        num_feasible = 0
+        num_feasible = 0.0
         untried = [candidate for candidate in found if candidate not in refused]
         for candidate in _unlike(untried, self.objective.extent)[:_MAX_CHECKS]:
             if candidate.distance > _HOPELESS * self.objective.similar_distance and nearest:
@@ -158,15 +162,21 @@ class _Imitation:
                 continue
             nearest = nearest or exact
             if search.stays(exact):
-                answers = self.maker.answers(search.batch([exact]))
-                self._add(answers)
-                num_feasible += answers[0].feasible
+                (answer,) = self.maker.answers(search.batch([exact]))
+                steady = search.stays(exact, tilt_rad=_STEADY_TILT_RAD)
+                extra = search.lean_penalty(exact)
+                self._add([self.maker.handicapped(answer, steady=steady, extra=extra)])
+                num_feasible += answer.feasible * (1.0 if steady else _UNSTEADY_COUNT)
             # After a stop only the best one is finished, so that the stop is prompt.
-            is_enough = num_feasible >= (1 if self.stopped else wanted)
+            is_enough = num_feasible >= wanted or (self.stopped and num_feasible > 0)
             if is_enough or not self._keep_going(self.num_steps):
                 break
         if nearest is not None and not self._is_success(self.best):
             self._add(self.maker.answers(search.batch([nearest])))
+
+    def _is_clear(self, answer: ImitationAnswer) -> bool:
+        """Whether an answer is so near that there is no need to look on."""
+        return answer.feasible and answer.distance < _CLEAR * self.objective.similar_distance
 
     def _is_success(self, answer: ImitationAnswer) -> bool:
         return answer.feasible and answer.distance < self.objective.similar_distance
@@ -244,53 +254,6 @@ def _unlike(candidates: list[Candidate], extent: float) -> list[Candidate]:
         if not (near & (cosines > _SAME_TURN_COSINE)).all(axis=1).any():
             kept.append(idx)
     return [ranked[idx] for idx in kept]
-
-
-def _make_objective(
-    metric: RelationMetric, reference: Scene, test: Scene, options: ImitationOptions
-) -> Objective:
-    sizes = [float(np.linalg.norm(np.ptp(item.points, axis=0))) for item in test.objects]
-    extent = sum(sizes)
-    if not 1e-4 < extent < 1e3:
-        raise ImitationError(
-            f'the test objects are {sizes[0]:.3g} m and {sizes[1]:.3g} m large; '
-            'clouds and poses must be in metres'
-        )
-    shapes = tuple(shape_of(item) for item in test.objects)
-    bodies = [
-        Body(shape, item.world_from_object)
-        for shape, item in zip(shapes, test.objects, strict=True)
-    ]
-    table = options.table_height
-    clouds = np.stack([resample_points(item.points, metric.num_points) for item in test.objects])
-    return Objective(
-        metric=metric,
-        clouds=torch.from_numpy(clouds),
-        shapes=(shapes[0], shapes[1]),
-        reference_embedding=torch.from_numpy(metric.embed_scenes([reference])[0]),
-        extent=extent,
-        origin=np.array(test.base.world_from_object.translation),
-        table_height=lowest_point(bodies) if table is None else table,
-        physics_weight=options.physics_weight,
-        heading=_heading(reference) if options.keep_heading else None,
-        spacing=_spacing(reference, metric.num_points),
-        layout_weight=options.layout_weight,
-    )
-
-
-def _heading(reference: Scene) -> torch.Tensor | None:
-    """Horizontal direction from the base's to the relative object's middle, if there is one."""
-    base, relative = (item.world_points.mean(axis=0)[:2] for item in reference.objects)
-    offset = relative - base
-    length = float(np.linalg.norm(offset))
-    return torch.from_numpy(offset / length) if length > 1e-3 else None
-
-
-def _spacing(reference: Scene, num_points: int) -> float:
-    clouds = [resample_points(item.points, num_points) for item in reference.objects]
-    poses = [item.world_from_object for item in reference.objects]
-    world = [pose.apply(cloud) for pose, cloud in zip(poses, clouds, strict=True)]
-    return float(spacing(torch.from_numpy(np.stack(world))[None].float())[0])
 
 
 def _message(

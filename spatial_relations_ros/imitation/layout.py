@@ -2,29 +2,57 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import torch
 from torch import Tensor
 
+# Farther apart, in metres, than this things are not next to each other, however large they are.
+MAX_GAP = 0.16
+_BESIDE = 0.9
 _TINY = 1e-6
 
 
-def spacing(points: Tensor) -> Tensor:
-    """Horizontal distance of two objects' middles over the sum of their half widths, (K,).
+@dataclass(frozen=True)
+class Layout:
+    """Where objects are beside, on or in each other, seen from above; each (K,).
 
-    0 where one is in the middle of the other, 1 where they touch side by side, more with a gap;
-    widths are taken along the line between the middles.
-
-    Args:
-        points: (K, 2, N, 3) clouds of base and relative, any unit, z up.
+    Attributes:
+        spacing: horizontal distance of their middles over the sum of their half widths: 0 where
+            one is in the middle of the other, 1 where they touch side by side, more with a gap.
+            Widths are taken along the line between the middles.
+        off_centre: the same distance over the smaller of both half widths.
+        half_widths: their sum, metres.
     """
-    flat = points[..., :2]
-    middles = 0.5 * (flat.amin(dim=2) + flat.amax(dim=2))
-    offset = middles[:, 1] - middles[:, 0]
-    distance = offset.norm(dim=-1)
-    direction = offset / distance.clamp_min(_TINY)[:, None]
-    # Of objects right above each other any line will do.
-    centred = (distance < _TINY)[:, None]
-    direction = torch.where(centred, torch.tensor([1.0, 0.0]), direction)
-    along = (flat * direction[:, None, None]).sum(dim=-1)
-    half_widths = 0.5 * (along.amax(dim=2) - along.amin(dim=2)).sum(dim=1)
-    return distance / half_widths.clamp_min(_TINY)
+
+    spacing: Tensor
+    off_centre: Tensor
+    half_widths: Tensor
+
+    @staticmethod
+    def of(points: Tensor) -> Layout:
+        """The layout of clouds (K, 2, N, 3) of base and relative, metres, z up."""
+        flat = points[..., :2]
+        middles = 0.5 * (flat.amin(dim=2) + flat.amax(dim=2))
+        offset = middles[:, 1] - middles[:, 0]
+        distance = offset.norm(dim=-1)
+        direction = offset / distance.clamp_min(_TINY)[:, None]
+        # Of objects right above each other any line will do.
+        centred = (distance < _TINY)[:, None]
+        direction = torch.where(centred, torch.tensor([1.0, 0.0]), direction)
+        along = (flat * direction[:, None, None]).sum(dim=-1)
+        half_widths = 0.5 * (along.amax(dim=2) - along.amin(dim=2)).clamp_min(_TINY)
+        total = half_widths.sum(dim=1)
+        return Layout(distance / total, distance / half_widths.amin(dim=1), total)
+
+    def difference(self, wanted: Layout) -> Tensor:
+        """How far these layouts (K,) are from another one, 0 to about 1.
+
+        Beside each other the spacing counts, in shares of the wanted one, as far as the gap
+        remains that of neighbours; on or in each other the smaller object's place counts.
+        """
+        if float(wanted.spacing[0]) < _BESIDE:
+            difference = self.off_centre - wanted.off_centre.clamp(max=1.0)
+            return difference.abs().clamp(max=1.0)
+        spacing = torch.minimum(1.0 + MAX_GAP / self.half_widths, wanted.spacing)
+        return (self.spacing - spacing).abs() / spacing.clamp_min(1.0)

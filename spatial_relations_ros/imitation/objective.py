@@ -10,7 +10,7 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor
 
-from spatial_relations_ros.imitation.layout import spacing
+from spatial_relations_ros.imitation.layout import Layout
 from spatial_relations_ros.imitation.shape import Shape
 from spatial_relations_ros.learning import RelationMetric, euclidean_distance
 from spatial_relations_ros.projection import apply_poses
@@ -38,8 +38,8 @@ class Objective:
         table_height: of the table in the world, metres.
         physics_weight: weight of penetration and contact; 0 leaves them out.
         heading: (2,) unit horizontal direction from base to relative to keep, or None.
-        spacing: of the demonstration (:func:`~spatial_relations_ros.imitation.layout.spacing`).
-        layout_weight: weight of a spacing that is not the demonstration's.
+        layout: of the demonstration.
+        layout_weight: weight of a layout that is not the demonstration's.
     """
 
     metric: RelationMetric
@@ -51,7 +51,7 @@ class Objective:
     table_height: float
     physics_weight: float
     heading: Tensor | None
-    spacing: float
+    layout: Layout
     layout_weight: float
 
     @property
@@ -101,13 +101,14 @@ class Objective:
         return total + self.heading_penalty(translations)
 
     def layout_penalty(self, rotations: Tensor, translations: Tensor) -> Tensor:
-        """How far the spacing of scenes (K,) is from the demonstration's.
+        """How far the layout of scenes (K,) is from the demonstration's.
 
         The metric hardly tells near from far once two objects are next to each other.
         """
         clouds = self.clouds[None, :, ::_LAYOUT_STRIDE]
-        difference = spacing(apply_poses(clouds, rotations, translations)) - self.spacing
-        return self.layout_weight * difference.abs() / max(1.0, self.spacing)
+        layout = Layout.of(apply_poses(clouds, rotations, translations))
+        difference: Tensor = layout.difference(self.layout)
+        return self.layout_weight * difference
 
     def heading_penalty(self, translations: Tensor) -> Tensor:
         """How far scenes (K,) with translations (K, 2, 3) are off the heading to keep."""
@@ -118,7 +119,8 @@ class Objective:
         misalignment = 1.0 - (offset @ self.heading) / length
         # Objects above each other have no heading: the term fades with their offset.
         fade = (length / (0.1 * self.extent)).clamp(max=1.0)
-        return _HEADING_WEIGHT * misalignment * fade
+        penalty: Tensor = _HEADING_WEIGHT * misalignment * fade
+        return penalty
 
     def _physics(self, rotations: Tensor, translations: Tensor) -> Tensor:
         surfaces = [torch.from_numpy(shape.points) for shape in self.shapes]

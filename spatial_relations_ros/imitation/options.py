@@ -33,8 +33,8 @@ class ImitationOptions:
             (rotation) a step.
         physics_weight: weight of penetration and contact against the metric; 0 for the metric
             alone.
-        layout_weight: weight of a horizontal spacing other than the demonstration's, as
-            distances beside each other are what the metric tells apart least; 0 leaves it out.
+        layout_weight: weight of a horizontal layout or a lean other than the demonstration's,
+            which the metric tells apart least; 0 leaves them out.
         table_height: height of the table in the world frame, metres; None takes the lowest
             point of the test objects where they stand now.
         approach_height: length of the straight way from the approach pose to the target, metres;

@@ -13,16 +13,17 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from spatial_relations_ros.imitation.layout import MAX_GAP
 from spatial_relations_ros.placement.body import Body, Placed
 from spatial_relations_ros.placement.inside import place_inside, place_inside_lying
 from spatial_relations_ros.placement.leaning_on import place_inclined, place_inside_inclined
 from spatial_relations_ros.placement.on import place_next_to, place_on_edge, place_on_top
-from spatial_relations_ros.placement.rest_poses import RestPose, rotation_between
 from spatial_relations_ros.placement.resting import (
-    UP,
     PlacingRule,
     about_axis,
     about_z,
+    above,
+    dropped,
     half_width,
 )
 from spatial_relations_ros.placement.settling import Manner, lean_direction, settle
@@ -31,13 +32,10 @@ FloatArray = NDArray[np.float64]
 
 _UPRIGHT_COSINE = 0.95
 _LYING_COSINE = 0.5
-_AT_REST_RAD = math.radians(5.0)
-_STEADY_RAD = math.radians(4.0)
-_MAX_ORIENTATIONS = 4
-_SAME_EXTENT = 0.03
 _ATTEMPTS = 10
 _CENTRED = 0.01
 _SPACED_SHARE = 0.5
+_OVER_SHARE = 0.8
 _ALIGNED_SHARE = 0.5
 _SHIFT_SHARE = 0.06
 _TURN_RAD = math.radians(18.0)
@@ -71,7 +69,16 @@ class Proposal:
     cell: int
 
 
+def place_over(fixed: Placed, moving: Placed, rng: np.random.Generator) -> Placed | str:
+    """Lets a body down anywhere over another one: for tops that are no level."""
+    vertices = fixed.world_vertices[:, :2]
+    low, high = vertices.min(axis=0), vertices.max(axis=0)
+    where = 0.5 * (low + high) + 0.5 * _OVER_SHARE * rng.uniform(-1.0, 1.0, 2) * (high - low)
+    return dropped(above(moving, fixed, np.append(where, 0.0)), fixed)
+
+
 _RULES: tuple[tuple[PlacingRule, Manner], ...] = (
+    (place_over, Manner.DROPPED),
     (place_next_to, Manner.BESIDE),
     (place_on_top, Manner.DROPPED),
     (place_on_edge, Manner.DROPPED),
@@ -147,7 +154,8 @@ class Proposer:
             return placed
         direction = offset / distance
         widths = half_width(cell.fixed, direction) + half_width(placed, direction)
-        moved = placed.moved((self._spacing * widths - distance) * direction)
+        wanted = min(self._spacing * widths, widths + MAX_GAP)
+        moved = placed.moved((wanted - distance) * direction)
         return settle(cell.manner, moved, cell.fixed) or placed
 
     def _headed(self, placed: Placed, cell: Cell) -> Placed:
@@ -192,57 +200,6 @@ def _rules_for(base: Placed) -> Iterator[tuple[PlacingRule, Manner]]:
             yield from _UPRIGHT_CONTAINER_RULES
         elif abs(upwards) < _LYING_COSINE:
             yield from _LYING_CONTAINER_RULES
-
-
-def resting_orientations(body: Body, current: FloatArray) -> list[FloatArray]:
-    """Orientations (3, 3) in which a body rests, the current one first, unlike each other.
-
-    Args:
-        body: the body.
-        current: (3, 3) as it is now; made level where it nearly rests, else it is kept as the
-            first one all the same: a tracked pose is never exact.
-    """
-    poses = [p for p in body.model.rest_poses if p.tipping_angle_rad > _STEADY_RAD]
-    poses = poses or list(body.model.rest_poses)
-    kept: list[FloatArray] = [_levelled(poses, current)]
-    for pose in sorted(poses, key=_likelihood, reverse=True):
-        if len(kept) == _MAX_ORIENTATIONS:
-            break
-        if not any(_looks_alike(body, pose.rotation, other) for other in kept):
-            kept.append(pose.rotation)
-    return kept
-
-
-def _levelled(poses: Sequence[RestPose], current: FloatArray) -> FloatArray:
-    if not poses:
-        return current
-    ups = np.array([pose.rotation[2] for pose in poses]) @ current.T
-    nearest = int(ups[:, 2].argmax())
-    if math.acos(min(1.0, float(ups[nearest, 2]))) > _AT_REST_RAD:
-        return current
-    return np.asarray(rotation_between(ups[nearest], UP) @ current)
-
-
-def _likelihood(pose: RestPose) -> float:
-    """Objects stand rather square to their frame than on a slanting side."""
-    return pose.margin * float(np.abs(pose.rotation[2]).max()) ** 4
-
-
-def _looks_alike(body: Body, first: FloatArray, second: FloatArray) -> bool:
-    """Whether a body turned one way and the other has the same heights and mass heights."""
-    vertices = body.model.mesh.vertices
-    heights = [vertices @ rotation[2] for rotation in (first, second)]
-    spans = [float(np.ptp(height)) for height in heights]
-    centres = [
-        float(body.model.mass_properties.centre @ rotation[2] - height.min())
-        for rotation, height in zip((first, second), heights, strict=True)
-    ]
-    tolerance = _SAME_EXTENT * max(spans)
-    if abs(spans[0] - spans[1]) > tolerance or abs(centres[0] - centres[1]) > tolerance:
-        return False
-    # A flat thing lies on either side alike; what opens to one side does not.
-    opening = body.model.opening
-    return opening is None or abs(first[2, 2] - second[2, 2]) < 0.3
 
 
 def _middle(placed: Placed) -> FloatArray:

@@ -55,6 +55,9 @@ class ImitationAnswer:
             the metric's weights; exp(-distance^2) for weights without one.
         feasible: whether nothing is violated.
         violations: what is, in words.
+        steady: whether it would stay on a table tilted by 8 degrees too, rather than by 4.
+        handicap: what ranking adds to the distance: for another heading, layout or lean than the
+            demonstration's, a bare balance, long ways.
         order: how to carry it out, step by step; empty when nothing moves, or when neither object
             could be placed before the other one.
     """
@@ -65,6 +68,8 @@ class ImitationAnswer:
     feasible: bool
     violations: tuple[str, ...]
     order: tuple[Move, ...] = ()
+    steady: bool = True
+    handicap: float = 0.0
 
     def scene(self, test: Scene) -> Scene:
         """The test scene with the objects at this answer's poses."""

@@ -10,17 +10,20 @@ import numpy as np
 from spatial_relations_ros.core import Pose, Scene
 from spatial_relations_ros.core.rotations import tilt_angle_rad
 from spatial_relations_ros.imitation.feasibility import MAX_PENETRATION
+from spatial_relations_ros.imitation.lean import lean_difference
 from spatial_relations_ros.imitation.manipulation import obstacle_depths
 from spatial_relations_ros.imitation.objective import Objective
 from spatial_relations_ros.imitation.options import ImitationOptions
+from spatial_relations_ros.imitation.orientations import resting_orientations
 from spatial_relations_ros.imitation.pose_optimizer import PoseBatch, evaluate
 from spatial_relations_ros.imitation.poses import pose_tensors, row_poses
-from spatial_relations_ros.imitation.proposals import Proposal, Proposer, resting_orientations
+from spatial_relations_ros.imitation.proposals import Proposal, Proposer
 from spatial_relations_ros.imitation.statics import rests
 from spatial_relations_ros.imitation.tabletop import Tabletop
 from spatial_relations_ros.placement.body import Placed
 from spatial_relations_ros.placement.resting import about_z
 from spatial_relations_ros.placement.settling import Manner, settle
+from spatial_relations_ros.placement.stability import TABLE_TILT_RAD
 
 _CHUNK = 8
 _WIDE_SHARE = 0.5
@@ -64,8 +67,20 @@ class PlacementSearch:
         tabletop: Tabletop,
         movable: tuple[bool, bool],
         options: ImitationOptions,
+        *,
+        lean: float | None = None,
     ) -> None:
-        """Lists what can be proposed; see :class:`Proposer`."""
+        """Lists what can be proposed; see :class:`Proposer`.
+
+        Args:
+            test: the objects where they stand.
+            objective: what placements are compared by.
+            tabletop: the same objects as solids.
+            movable: whether base and relative may move.
+            options: of the request.
+            lean: by how much the relative leans in the demonstration, radians, if that is known.
+        """
+        self._lean = lean
         self._test, self._objective, self._tabletop = test, objective, tabletop
         self._movable, self._options = movable, options
         self._rng = np.random.default_rng(options.seed)
@@ -89,7 +104,7 @@ class PlacementSearch:
             self._rng,
             may_lean=may_lean,
             heading=None if heading is None else heading.double().numpy(),
-            spacing=objective.spacing,
+            spacing=float(objective.layout.spacing[0]),
         )
 
     def run(self) -> Iterator[list[Candidate]]:
@@ -153,12 +168,14 @@ class PlacementSearch:
             return None
         return Candidate(poses, candidate.distance, candidate.cost, manner, proposal)
 
-    def stays(self, candidate: Candidate) -> bool:
-        """Whether friction holds a placed candidate where it is."""
+    def stays(self, candidate: Candidate, *, tilt_rad: float = TABLE_TILT_RAD) -> bool:
+        """Whether friction holds a placed candidate where it is, on a table tilted so far."""
         if candidate.proposal is None:
             return False
         base, relative = candidate.proposal.base, candidate.proposal.relative
-        return rests(relative, base) and (not self._movable[0] or rests(base, relative))
+        return rests(relative, base, tilt_rad=tilt_rad) and (
+            not self._movable[0] or rests(base, relative, tilt_rad=tilt_rad)
+        )
 
     def measured(self, candidates: Sequence[Candidate]) -> list[Candidate]:
         """The same placements with their distances and costs."""
@@ -166,9 +183,18 @@ class PlacementSearch:
             return []
         batch = self._evaluate([candidate.poses for candidate in candidates])
         return [
-            Candidate(c.poses, float(distance), float(cost), c.manner, c.proposal)
+            Candidate(
+                c.poses, float(distance), float(cost) + self.lean_penalty(c), c.manner, c.proposal
+            )
             for c, distance, cost in zip(candidates, batch.distances, batch.costs, strict=True)
         ]
+
+    def lean_penalty(self, candidate: Candidate) -> float:
+        """For leaning otherwise than in the demonstration."""
+        weight = self._options.layout_weight
+        if self._lean is None or candidate.proposal is None or weight == 0.0:
+            return 0.0
+        return weight * lean_difference(candidate.proposal.relative, self._lean)
 
     def refined(self, batch: PoseBatch, starts: Sequence[Candidate]) -> list[Candidate]:
         """What became of starts in the optimiser, brought to rest in the starts' manners."""

@@ -6,7 +6,12 @@ from spatial_relations_ros.imitation.contact import Body
 from spatial_relations_ros.imitation.solids import hand_scale, solid_of
 from spatial_relations_ros.placement.body import Placed
 from spatial_relations_ros.placement.contact import find_contacts, table_contacts
-from spatial_relations_ros.placement.stability import RestingContacts, holds_still, is_stable
+from spatial_relations_ros.placement.stability import (
+    TABLE_TILT_RAD,
+    RestingContacts,
+    holds_still,
+    is_stable,
+)
 
 # Placements are exact; poses of what stands already come from a tracker.
 _TRACKED_GAP = 0.0015
@@ -23,16 +28,17 @@ def stays(body: Body, other: Body, table_height: float) -> bool:
     return rests(*(_placed(item, table_height, scale) for item in (body, other)))
 
 
-def rests(placed: Placed, fixed: Placed) -> bool:
-    """The same for bodies on the table z = 0."""
+def rests(placed: Placed, fixed: Placed, *, tilt_rad: float = TABLE_TILT_RAD) -> bool:
+    """The same for bodies on the table z = 0, and for another tilt."""
     on_table = table_contacts(placed)
     between = find_contacts(fixed, placed)
-    if not holds_still(placed, [on_table, between]):
+    if not holds_still(placed, [on_table, between], tilt_rad=tilt_rad):
         return False
     below_other = table_contacts(fixed, gap=_TRACKED_GAP)
     if not holds_still(fixed, [below_other]):
         return True
-    return is_stable(fixed, placed, RestingContacts(below_other, on_table, between))
+    contacts = RestingContacts(below_other, on_table, between)
+    return is_stable(fixed, placed, contacts, tilt_rad=tilt_rad)
 
 
 def _placed(body: Body, table_height: float, scale: float) -> Placed:

@@ -13,6 +13,7 @@ from scipy.spatial import ConvexHull
 from spatial_relations_ros.core import Pose, TriangleMesh
 from spatial_relations_ros.placement.convex_parts import ConvexPart, convex_parts
 from spatial_relations_ros.placement.model import ObjectModel
+from spatial_relations_ros.placement.ray_casting import ray_casting_scene
 
 FloatArray = NDArray[np.float64]
 
@@ -143,20 +144,6 @@ class Placed:
     def pose(self) -> Pose:
         """world_from_object."""
         return Pose.from_rotation(self.rotation, self.translation)
-
-
-def ray_casting_scene(mesh: TriangleMesh) -> o3d.t.geometry.RaycastingScene:
-    """Ray casting and distance queries on a mesh."""
-    scene = o3d.t.geometry.RaycastingScene()
-    scene.add_triangles(
-        as_tensor(mesh.vertices), o3d.core.Tensor.from_numpy(mesh.triangles.astype(np.uint32))
-    )
-    return scene
-
-
-def as_tensor(values: NDArray[np.floating]) -> o3d.core.Tensor:
-    """A float32 tensor for Open3D's queries."""
-    return o3d.core.Tensor.from_numpy(np.array(values, dtype=np.float32))
 
 
 def _triangle_normals(mesh: TriangleMesh) -> tuple[FloatArray, FloatArray]:

@@ -7,7 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from spatial_relations_ros.placement.body import FloatArray, Placed, as_tensor
+from spatial_relations_ros.placement.body import FloatArray, Placed
+from spatial_relations_ros.placement.ray_casting import as_tensor
 
 CONTACT_GAP = 0.0005
 MAX_PENETRATION = 0.001

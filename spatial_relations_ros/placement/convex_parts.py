@@ -7,20 +7,27 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
+import open3d as o3d
 from manifold3d import Manifold, Mesh
 from numpy.typing import NDArray
 
 from spatial_relations_ros.core import ConfigError, TriangleMesh
+from spatial_relations_ros.placement.ray_casting import as_tensor, ray_casting_scene
 
 FloatArray = NDArray[np.float64]
 
-MAX_PARTS = 48
-_TOLERATED_EXCESS = 0.004
+MAX_PARTS = 320
+_TOLERATED_PROTRUSION = 0.001
 _LEAST_VOLUME = 1e-9
 _LEAST_THICKNESS = 0.002
 _NUM_VERTEX_CUTS = 4
 # Cuts beside a vertex leave no sliver on the larger part.
 _BESIDE = 2e-5
+# Where on a triangle of a hull its distance to the solid is measured.
+_BARYCENTRIC = np.array(
+    [[1, 1, 1], [2, 2, 0], [2, 0, 2], [0, 2, 2], [4, 1, 1], [1, 4, 1], [1, 1, 4]], dtype=float
+)
+_BARYCENTRIC /= _BARYCENTRIC.sum(axis=1, keepdims=True)
 _ANGLES = np.arange(4) * (np.pi / 4.0)
 _NORMALS = np.concatenate(
     [
@@ -46,9 +53,9 @@ class ConvexPart:
 def convex_parts(mesh: TriangleMesh, *, max_parts: int = MAX_PARTS) -> tuple[ConvexPart, ...]:
     """Cuts a watertight mesh by planes until its parts are nearly convex.
 
-    The part whose hull exceeds it most is cut next, by the upright or level plane after which
-    the hulls exceed the parts least. It ends when no part exceeds by more than 0.4 % of the
-    solid, or at ``max_parts``.
+    The part whose hull protrudes farthest from the solid is cut next, by the upright or level
+    plane after which the hulls exceed the parts' volumes least. It ends when no hull protrudes by
+    more than 1 mm, or at ``max_parts``.
 
     Raises:
         ConfigError: for a mesh that is not watertight.
@@ -56,17 +63,17 @@ def convex_parts(mesh: TriangleMesh, *, max_parts: int = MAX_PARTS) -> tuple[Con
     solid = Manifold(Mesh(mesh.vertices.astype(np.float32), mesh.triangles.astype(np.uint32)))
     if solid.is_empty() or solid.volume() <= 0.0:
         raise ConfigError('only a watertight mesh can be cut into convex parts')
-    tolerance = _TOLERATED_EXCESS * solid.volume()
-    waiting = [(-_excess(solid), 0, solid)]
+    surface = ray_casting_scene(mesh)
+    waiting = [(-_protrusion(solid, surface), 0, solid)]
     finished: list[Manifold] = []
     number = 1
     while waiting and len(waiting) + len(finished) < max_parts:
-        excess, _, part = heapq.heappop(waiting)
-        pieces = _best_cut(part) if -excess > tolerance else []
+        protrusion, _, part = heapq.heappop(waiting)
+        pieces = _best_cut(part) if -protrusion > _TOLERATED_PROTRUSION else []
         if not pieces:
             finished.append(part)
         for piece in pieces:
-            heapq.heappush(waiting, (-_excess(piece), number, piece))
+            heapq.heappush(waiting, (-_protrusion(piece, surface), number, piece))
             number += 1
     return tuple(_part(piece) for piece in [*finished, *(entry[2] for entry in waiting)])
 
@@ -75,6 +82,14 @@ def _part(solid: Manifold) -> ConvexPart:
     hull = solid.hull()
     points = np.asarray(hull.to_mesh().vert_properties, dtype=np.float64)[:, :3]
     return ConvexPart(points, float(np.clip(solid.volume() / hull.volume(), 1e-3, 1.0)))
+
+
+def _protrusion(part: Manifold, surface: o3d.t.geometry.RaycastingScene) -> float:
+    """How far the hull of a part reaches out of the whole solid, metres."""
+    hull = part.hull().to_mesh()
+    corners = np.asarray(hull.vert_properties, dtype=np.float64)[:, :3][np.asarray(hull.tri_verts)]
+    points = np.einsum('kc,tcd->tkd', _BARYCENTRIC, corners).reshape(-1, 3)
+    return float(surface.compute_signed_distance(as_tensor(points)).numpy().max())
 
 
 def _excess(solid: Manifold) -> float:

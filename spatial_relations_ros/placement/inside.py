@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from spatial_relations_ros.placement.body import FloatArray, Placed, as_tensor
+from spatial_relations_ros.placement.body import FloatArray, Placed
 from spatial_relations_ros.placement.contact import clearance, travel_to_contact
+from spatial_relations_ros.placement.ray_casting import as_tensor
 from spatial_relations_ros.placement.resting import (
     DOWN,
     about_axis,

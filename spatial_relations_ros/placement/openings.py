@@ -9,11 +9,12 @@ import open3d as o3d
 from scipy.spatial import ConvexHull, QhullError
 
 from spatial_relations_ros.core import TriangleMesh
-from spatial_relations_ros.placement.body import FloatArray, as_tensor, ray_casting_scene
+from spatial_relations_ros.placement.body import FloatArray
 from spatial_relations_ros.placement.hollow import find_hollow
 from spatial_relations_ros.placement.model import Opening
-from spatial_relations_ros.placement.resting import about_z
+from spatial_relations_ros.placement.ray_casting import as_tensor, ray_casting_scene
 from spatial_relations_ros.placement.rest_poses import rotation_between
+from spatial_relations_ros.placement.resting import about_z
 
 _NUM_CANDIDATES = 2000
 _NUM_AROUND = 32
@@ -115,4 +116,6 @@ def _tightest_yaw(border: FloatArray) -> float:
 
 def _area(border: FloatArray) -> float:
     following = np.roll(border, -1, axis=0)
-    return 0.5 * abs(float((border[:, 0] * following[:, 1] - following[:, 0] * border[:, 1]).sum()))
+    return 0.5 * abs(
+        float((border[:, 0] * following[:, 1] - following[:, 0] * border[:, 1]).sum())
+    )

@@ -19,6 +19,9 @@ MAX_SHIFT = 0.02
 MAX_TURN_RAD = float(np.deg2rad(15.0))
 _TIMESTEP = 0.002
 _TORSION, _ROLLING = 0.005, 0.0001
+# Time constant and damping of contacts: five times as stiff as by default, with which a heavy
+# object on a light one sinks in by a millimetre and tips.
+_SOLREF = [0.004, 1.0]
 
 
 @dataclass(frozen=True)
@@ -83,7 +86,10 @@ def _model(mujoco: ModuleType, bodies: Sequence[Placed], friction: float) -> Any
     spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
     coefficients = [friction, _TORSION, _ROLLING]
     spec.worldbody.add_geom(
-        type=mujoco.mjtGeom.mjGEOM_PLANE, size=[0.0, 0.0, 0.01], friction=coefficients
+        type=mujoco.mjtGeom.mjGEOM_PLANE,
+        size=[0.0, 0.0, 0.01],
+        friction=coefficients,
+        solref=_SOLREF,
     )
     for number, placed in enumerate(bodies):
         pose = placed.pose()
@@ -99,6 +105,7 @@ def _model(mujoco: ModuleType, bodies: Sequence[Placed], friction: float) -> Any
                 meshname=name,
                 density=placed.body.model.density * part.filled,
                 friction=coefficients,
+                solref=_SOLREF,
             )
     return spec.compile()
 

@@ -9,6 +9,7 @@ import numpy as np
 from spatial_relations_ros.placement.body import FloatArray, Placed
 from spatial_relations_ros.placement.contact import clearance, travel_to_contact
 from spatial_relations_ros.placement.leaning_on import settle_in_rim
+from spatial_relations_ros.placement.rest_poses import rotation_between
 from spatial_relations_ros.placement.resting import (
     DOWN,
     UP,
@@ -16,7 +17,6 @@ from spatial_relations_ros.placement.resting import (
     dropped,
     pushed,
 )
-from spatial_relations_ros.placement.rest_poses import rotation_between
 
 MAX_SNAP_RAD = float(np.deg2rad(12.0))
 _LEAST_MARGIN = 0.001

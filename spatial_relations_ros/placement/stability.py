@@ -16,10 +16,10 @@ from spatial_relations_ros.placement.contact import (
 )
 
 FRICTION = 0.5
+TABLE_TILT_RAD = float(np.deg2rad(4.0))
 _LEVER = 0.1
 _MAX_CONTACTS = 28
 _RESIDUAL = 0.01
-_TABLE_TILT = np.deg2rad(4.0)
 UP = np.array([0.0, 0.0, 1.0])
 
 
@@ -56,27 +56,35 @@ def equilibrium_residual(
     return _residual(_contact_wrenches(base, relative, contacts, friction), up)
 
 
-def is_stable(base: Placed, relative: Placed, contacts: RestingContacts) -> bool:
+def is_stable(
+    base: Placed,
+    relative: Placed,
+    contacts: RestingContacts,
+    *,
+    tilt_rad: float = TABLE_TILT_RAD,
+) -> bool:
     """Whether friction of 0.5 holds both bodies at rest, even on a slightly tilted table.
 
     The tilt, by 4 degrees in each of six directions, leaves out what would fall at a touch.
     """
-    return _balances(_contact_wrenches(base, relative, contacts, FRICTION))
+    return _balances(_contact_wrenches(base, relative, contacts, FRICTION), tilt_rad)
 
 
-def holds_still(body: Placed, contacts: Sequence[Contacts]) -> bool:
+def holds_still(
+    body: Placed, contacts: Sequence[Contacts], *, tilt_rad: float = TABLE_TILT_RAD
+) -> bool:
     """The same for one body among others that do not move; normals point into the body."""
     centres = [body.centre_of_mass()]
     columns = [_wrenches(contact, centres, (1.0,), FRICTION) for contact in contacts]
-    return _balances(np.concatenate(columns, axis=1))
+    return _balances(np.concatenate(columns, axis=1), tilt_rad)
 
 
-def _balances(wrenches: FloatArray) -> bool:
+def _balances(wrenches: FloatArray, tilt_rad: float) -> bool:
     """Whether contact forces can carry unit weights, upright and on tilted tables."""
     if _residual(wrenches, UP) > _RESIDUAL:
         return False
     angles = np.arange(6) * (np.pi / 3.0)
-    tilted = np.stack([np.cos(angles), np.sin(angles), np.full(6, 1.0 / np.tan(_TABLE_TILT))], 1)
+    tilted = np.stack([np.cos(angles), np.sin(angles), np.full(6, 1.0 / np.tan(tilt_rad))], 1)
     tilted /= np.linalg.norm(tilted, axis=1, keepdims=True)
     return all(_residual(wrenches, up) <= _RESIDUAL for up in tilted)
 

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from spatial_relations_ros.core import Relation
-from spatial_relations_ros.evaluation.judging.judge import Judgement
+from spatial_relations_ros.evaluation.judging.judge import JudgeLimits, Judgement
 from spatial_relations_ros.evaluation.judging.measures import Measures
 
 
@@ -114,8 +114,8 @@ def compare_relations(
 
 
 def _gap(want: Measures, have: Measures, tolerances: Tolerances) -> Difference:
-    """The offset of two that stand beside each other: any is within reach."""
-    wanted = want.outline.share
+    """The offset of two that stand beside each other, as far as the gap is one of neighbours."""
+    wanted = min(want.outline.share, have.outline.share_at(JudgeLimits().next_to_gap))
     return Difference('offset', wanted, have.outline.share, tolerances.offset * max(1.0, wanted))
 
 

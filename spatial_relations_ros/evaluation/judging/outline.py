@@ -35,6 +35,10 @@ class OutlineOffset:
         """
         return self.distance / max(self.base_half_width + self.relative_half_width, _SAME_PLACE)
 
+    def share_at(self, gap: float) -> float:
+        """The share at which the outlines are a gap apart, metres."""
+        return 1.0 + gap / max(self.base_half_width + self.relative_half_width, _SAME_PLACE)
+
     @property
     def share_within(self) -> float:
         """The share at which the smaller outline reaches the larger one's border from within."""
