@@ -183,16 +183,22 @@ class BagReader:
         with _bag_errors(self.path):
             for connection, time_ns, data in self._reader.messages(connections):
                 topic, msgtype = connection.topic, connection.msgtype
+                dropped = assembler.dropped.copy()
                 try:
                     message = self._deserialized(data, msgtype)
                     if msgtype == POINT_CLOUD:
-                        cloud = read_xyz(message)
-                        stamp = stamp_ns(message.header.stamp)
-                        yield assembler.frame(stamp, message.header.frame_id, cloud)
+                        cloud, stamp = read_xyz(message), stamp_ns(message.header.stamp)
+                        assembler.add_cloud(stamp, message.header.frame_id, cloud, time_ns)
                     else:
                         _gather(assembler, topic, msgtype, message, object_ids)
                 except (CloudFormatError, _UndecodableError) as error:
                     self.dropped.append(DroppedMessage(topic, time_ns, str(error)))
+                for reason in (assembler.dropped - dropped).elements():
+                    self.dropped.append(DroppedMessage(topics.points, time_ns, reason))
+                while (frame := assembler.take(time_ns)) is not None:
+                    yield frame
+            while (frame := assembler.take(None)) is not None:
+                yield frame
 
     def _deserialized(self, data: bytes, msgtype: str) -> Any:
         try:

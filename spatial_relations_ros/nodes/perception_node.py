@@ -25,14 +25,20 @@ from spatial_relations_ros.core import (
     InvalidSceneError,
     UnknownObjectError,
 )
+from spatial_relations_ros.nodes.frame_worker import FrameWorker
 from spatial_relations_ros.nodes.perception_parameters import (
     PERCEPTION_PARAMETERS,
+    make_assembler,
     make_pipeline,
     ordered_pairs,
     pose_topic,
 )
-from spatial_relations_ros.perception.assembler import FrameAssembler
-from spatial_relations_ros.perception.border import FrameResult, TrackedPose, TrackFault
+from spatial_relations_ros.perception.border import (
+    Frame,
+    FrameResult,
+    TrackedPose,
+    TrackFault,
+)
 from spatial_relations_ros.perception.messages import (
     read_detections,
     read_pose_stamped,
@@ -76,15 +82,19 @@ class PerceptionNode(RelationsNode):
 
     def _set_up(self) -> None:
         self._pipeline = make_pipeline(self.parameters)
-        self._assembler = FrameAssembler()
-        # Of the assembler and the pipeline: each topic has its own thread.
-        self._input_lock = threading.Lock()
+        # Static transforms go into it from the thread of their topic.
+        self._pipeline_lock = threading.Lock()
         self._result_lock = threading.Lock()
         self._latest: FrameResult | None = None
         self._latest_arrival_sec = -math.inf
         self._last_published_sec = -math.inf
         self._scene_publisher = self.create_publisher(SceneMsg, '~/scenes', qos.SCENES)
         self._marker_publisher = self.create_publisher(MarkerArray, '~/markers', qos.SCENES)
+        self._worker = FrameWorker(
+            make_assembler(self.parameters),
+            self._handle,
+            lambda: self.get_clock().now().nanoseconds,
+        )
         self._subscribe_to_poses()
         is_reliable = self.parameters.flag('reliable_points')
         self.subscribe(
@@ -92,6 +102,17 @@ class PerceptionNode(RelationsNode):
         )
         self.serve(GetScene, '~/get_scene', self._get_scene, may_wait=False)
         self.diagnostics.add_state('objects', self._objects_state)
+        self.diagnostics.add_state('clouds', self._clouds_state)
+
+    def close(self) -> None:
+        """Ends the thread of perception."""
+        if hasattr(self, '_worker'):  # not when the parameters could not be used
+            self._worker.close()
+
+    def destroy_node(self) -> None:
+        """Ends the thread of perception, then what it publishes with."""
+        self.close()
+        super().destroy_node()
 
     def _subscribe_to_poses(self) -> None:
         self.subscribe(
@@ -121,19 +142,20 @@ class PerceptionNode(RelationsNode):
         self.subscribe(PoseStamped, topic, on_pose, qos.TRACKED_POSES)
 
     def _add_tracks(self, tracks: Sequence[TrackedPose], faults: Sequence[TrackFault]) -> None:
-        with self._input_lock:
-            self._assembler.add_tracks(tracks, faults)
+        with self._worker.assembler() as assembler:
+            assembler.add_tracks(tracks, faults)
 
     def _on_transforms(self, msg: TFMessage) -> None:
         transforms, faults = read_transforms(msg, is_static=False)
-        with self._input_lock:
-            self._assembler.add_transforms(transforms, faults)
+        with self._worker.assembler() as assembler:
+            assembler.add_transforms(transforms, faults)
 
     def _on_static_transforms(self, msg: TFMessage) -> None:
         """Stored at once: they come only once and must not be crowded out while no cloud comes."""
         transforms, faults = read_transforms(msg, is_static=True)
-        with self._input_lock:
-            self._assembler.add_transforms((), faults)
+        with self._worker.assembler() as assembler:
+            assembler.add_transforms((), faults)
+        with self._pipeline_lock:
             for transform in transforms:
                 try:
                     self._pipeline.add_transform(transform)
@@ -144,8 +166,20 @@ class PerceptionNode(RelationsNode):
         if not msg.header.frame_id:
             raise CloudFormatError('the cloud comes without a frame_id')
         cloud = read_xyz(msg)
-        with self._input_lock:
-            frame = self._assembler.frame(stamp_ns(msg.header.stamp), msg.header.frame_id, cloud)
+        now_ns = self.get_clock().now().nanoseconds
+        with self._worker.assembler() as assembler:
+            assembler.add_cloud(stamp_ns(msg.header.stamp), msg.header.frame_id, cloud, now_ns)
+
+    def _handle(self, frame: Frame) -> None:
+        """On the worker's thread: nothing that goes wrong with a frame may end it."""
+        try:
+            self._step(frame)
+        except Exception as error:
+            if self.context.ok():  # else publishers are gone, and so is the log
+                self.report_bad(POINTS, error)
+
+    def _step(self, frame: Frame) -> None:
+        with self._pipeline_lock:
             result = self._pipeline.step(frame)
         with self._result_lock:
             self._latest, self._latest_arrival_sec = result, time.monotonic()
@@ -210,6 +244,14 @@ class PerceptionNode(RelationsNode):
                 f'{max_age_sec:g} s; is the sensor still running?'
             )
         return latest
+
+    def _clouds_state(self) -> State:
+        with self._worker.assembler() as assembler:
+            dropped = assembler.dropped.copy()
+            num_waiting = assembler.num_clouds
+        values: dict[str, object] = {'dropped': dropped.total(), 'waiting': num_waiting}
+        values |= {f'dropped: {reason}': count for reason, count in sorted(dropped.items())}
+        return State(OK, f'{dropped.total()} dropped' if dropped else 'none dropped', values)
 
     def _objects_state(self) -> State:
         with self._result_lock:

@@ -9,6 +9,7 @@ import numpy as np
 
 from spatial_relations_ros.core import ConfigError, InvalidPoseError, Pose
 from spatial_relations_ros.core.rotations import wxyz_from_xyzw
+from spatial_relations_ros.perception.assembler import AssemblyConfig, FrameAssembler
 from spatial_relations_ros.perception.border import StampedTransform
 from spatial_relations_ros.perception.config import PerceptionConfig
 from spatial_relations_ros.perception.evidence import SupportConfig
@@ -22,6 +23,7 @@ from spatial_relations_ros.pipeline import LibraryModels, Pipeline
 from spatial_relations_ros.ros.parameters import Parameters, ParameterSpec
 
 DEFAULTS = PerceptionConfig()
+ASSEMBLY_DEFAULTS = AssemblyConfig()
 
 MODELS_PATH = ParameterSpec(
     'models_path',
@@ -77,6 +79,15 @@ PERCEPTION_PARAMETERS = (
         "How old a tracked pose may be at the cloud's time, seconds.",
         minimum=0.0,
         maximum=60.0,
+        is_fixed=True,
+    ),
+    ParameterSpec(
+        'pose_wait',
+        ASSEMBLY_DEFAULTS.pose_wait_sec,
+        'How long a cloud waits for tracked poses at or after its stamp, seconds; 0: it takes '
+        'what is there.',
+        minimum=0.0,
+        maximum=10.0,
         is_fixed=True,
     ),
     ParameterSpec(
@@ -245,6 +256,16 @@ def make_pipeline(parameters: Parameters) -> Pipeline:
     if camera is not None:
         pipeline.add_transform(camera)
     return pipeline
+
+
+def make_assembler(parameters: Parameters) -> FrameAssembler:
+    """What puts clouds and poses together, as the parameters say."""
+    return FrameAssembler(
+        AssemblyConfig(
+            pose_wait_sec=parameters.number('pose_wait'),
+            object_frames=tuple(parameters.texts('object_frames')),
+        )
+    )
 
 
 def camera_transform(pose: str, frame_id: str, world_frame: str) -> StampedTransform | None:

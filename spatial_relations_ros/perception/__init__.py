@@ -1,7 +1,7 @@
 """Clouds and tracked poses in, objects in the world out; no ROS."""
 
 from spatial_relations_ros.perception.accumulation import AccumulationConfig
-from spatial_relations_ros.perception.assembler import FrameAssembler
+from spatial_relations_ros.perception.assembler import AssemblyConfig, FrameAssembler
 from spatial_relations_ros.perception.border import (
     Frame,
     FrameResult,
@@ -28,6 +28,7 @@ from spatial_relations_ros.perception.tracks import TrackConfig
 
 __all__ = [
     'AccumulationConfig',
+    'AssemblyConfig',
     'CropConfig',
     'Frame',
     'FrameAssembler',
