@@ -19,6 +19,7 @@ _PENETRATION_WEIGHT = 30.0
 _CONTACT_WEIGHT = 2.0
 _HEADING_WEIGHT = 0.5
 _LAYOUT_STRIDE = 4
+_LIKELY_SHARE = 0.75
 # Without a calibration: dissimilar relations were trained to lie about 1 apart.
 _UNCALIBRATED_SIMILAR_DISTANCE = 0.5
 
@@ -56,11 +57,14 @@ class Objective:
 
     @property
     def similar_distance(self) -> float:
-        """Scenes that are nearer to the demonstration rather show its relation than not."""
+        """Scenes that are nearer to the demonstration show its relation, most likely.
+
+        Three quarters of the distance at which that is as likely as not: about 0.8.
+        """
         calibration = self.metric.calibration
         if calibration is None:
             return _UNCALIBRATED_SIMILAR_DISTANCE
-        return calibration.same_relation_distance
+        return _LIKELY_SHARE * calibration.same_relation_distance
 
     def confidence(self, distance: float) -> float:
         """Probability that a scene at this distance shows the demonstrated relation, 0 to 1."""

@@ -93,7 +93,7 @@ def _one_of(name: str, value: str, known: tuple[str, ...]) -> None:
 
 _DEFAULT = TrainingConfig(
     steps=5000, loss='neighbourhood', point_noise=0.003, sparse_share=0.15, partial_share=0.12,
-    graded_weight=0.3, headings=4,
+    graded_weight=0.3, headings=4, random_negatives=0.1,
 )  # fmt: skip
 _PAPER = TrainingConfig(
     encoder='jund2018', steps=14000, scenes_per_class=15, num_points=4096, loss='triplet',
