@@ -4,14 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-import numpy as np
-
 from spatial_relations_ros.core import (
-    CloudFormatError,
-    CloudSource,
     FrameTransformError,
     InvalidPoseError,
-    InvalidSceneError,
     Pose,
     SceneObject,
 )
@@ -24,11 +19,9 @@ from spatial_relations_ros.perception.border import (
 )
 from spatial_relations_ros.perception.camera import estimate_camera
 from spatial_relations_ros.perception.config import PerceptionConfig
-from spatial_relations_ros.perception.evidence import judge_rival, judge_support, support_at
 from spatial_relations_ros.perception.frames import TransformBuffer, clean_frame_id
-from spatial_relations_ros.perception.object_models import KnownModel, ModelSource, NoModels
-from spatial_relations_ros.perception.observed import ObservedObjects
-from spatial_relations_ros.perception.refine import PoseRefiner
+from spatial_relations_ros.perception.object_finder import ObjectFinder, Seen
+from spatial_relations_ros.perception.object_models import ModelSource, NoModels
 from spatial_relations_ros.perception.series import NS_PER_SEC
 from spatial_relations_ros.perception.surroundings import (
     obstacles,
@@ -44,8 +37,6 @@ from spatial_relations_ros.perception.track_state import (
 )
 from spatial_relations_ros.perception.tracks import TrackBuffer, TrackRejectedError
 from spatial_relations_ros.perception.view import View
-
-Seen = tuple[SceneObject | None, Observation]
 
 
 class ScenePerception:
@@ -64,13 +55,9 @@ class ScenePerception:
     ) -> None:
         self.config = config or PerceptionConfig()
         self.transforms = TransformBuffer(self.config.transforms)
-        self._models = models or NoModels()
         self._tracks = TrackBuffer(self.config.tracks)
         self._beliefs = Beliefs(self.config)
-        self._refiner = PoseRefiner(self.config.refine) if self.config.refine.is_on else None
-        self._observed = ObservedObjects(
-            self.config.crop, self.config.accumulation, tolerance=self.config.support.tolerance
-        )
+        self._finder = ObjectFinder(self.config, models or NoModels(), self._beliefs)
         self._last_stamp_ns: int | None = None
 
     def add_transform(self, transform: StampedTransform) -> None:
@@ -85,7 +72,7 @@ class ScenePerception:
         """Forgets objects and moving transforms, as after a jump of the clock."""
         self._tracks.clear()
         self._beliefs.clear()
-        self._observed.clear()
+        self._finder.observed.clear()
         self.transforms.forget_moving()
         self._last_stamp_ns = None
 
@@ -108,15 +95,14 @@ class ScenePerception:
         except FrameTransformError as error:
             return self._unusable(frame, f'the cloud cannot be used: {error}')
         poses, refused = self._poses(frame.stamp_ns, faults)
-        known, rejected = self._known(poses)
+        known, rejected = self._finder.find_models(poses)
         thin_points = thin_world_points(frame.cloud, world_from_cloud, self.config)
         table = table_around(thin_points, poses, self.config)
         camera = estimate_camera(frame.cloud)
         view = View(frame.cloud, camera, world_from_cloud.as_matrix(), table)
-        if self._refiner is not None:
-            self._refine(self._refiner, known, view)
-            poses |= {object_id: pose for object_id, (_, pose) in known.items()}
-        seen = {object_id: self._see(object_id, poses, known, view) for object_id in poses}
+        self._finder.refine(known, view)
+        poses |= {object_id: pose for object_id, (_, pose) in known.items()}
+        seen = {object_id: self._finder.see(object_id, poses, known, view) for object_id in poses}
         objects, states = self._believed(frame.stamp_ns, seen, refused, poses)
         rejected |= {key: status.reason for key, status in states.items() if key not in objects}
         unread = {key: reason for key, reason in faults.items() if key not in objects}
@@ -195,96 +181,6 @@ class ScenePerception:
                     refused[object_id] += f'; since then: {faults[object_id]}'
         return poses, refused
 
-    def _known(
-        self, poses: dict[str, Pose]
-    ) -> tuple[dict[str, tuple[KnownModel, Pose]], dict[str, str]]:
-        """The models of those objects that have one; an object with a bad model is refused."""
-        known: dict[str, tuple[KnownModel, Pose]] = {}
-        rejected: dict[str, str] = {}
-        for object_id in tuple(poses):
-            try:
-                model = self._models.find(object_id)
-            except CloudFormatError as error:
-                rejected[object_id] = f'its model cannot be used: {error}'
-                del poses[object_id]
-                continue
-            if model is not None:
-                known[object_id] = model, poses[object_id]
-        return known, rejected
-
-    @staticmethod
-    def _refine(
-        refiner: PoseRefiner, known: dict[str, tuple[KnownModel, Pose]], view: View
-    ) -> None:
-        """Moves poses to what is seen, the lowest object first: others stand on it."""
-        for object_id in sorted(known, key=lambda key: float(known[key][1].translation[2])):
-            model, pose = known[object_id]
-            others = [
-                known[other_id]
-                for other_id in known
-                if other_id != object_id and _are_near(pose, known[other_id][1])
-            ]
-            known[object_id] = model, refiner.refined(model, pose, view, others)
-
-    def _see(
-        self,
-        object_id: str,
-        poses: Mapping[str, Pose],
-        known: Mapping[str, tuple[KnownModel, Pose]],
-        view: View,
-    ) -> Seen:
-        """One object at its pose, and what the cloud says about it."""
-        try:
-            if object_id in known:
-                return self._from_model(object_id, *known[object_id], view)
-            return self._from_cloud(object_id, poses, known, view)
-        except InvalidSceneError as error:
-            return None, Observation(Evidence.CONTRADICTED, reason=str(error))
-
-    def _from_model(self, object_id: str, model: KnownModel, pose: Pose, view: View) -> Seen:
-        config = self.config.support
-        support = support_at(model.support_points, pose, view, config.tolerance)
-        observation = judge_support(support, view, config)
-        rival_id = self._beliefs.rival_of(object_id)
-        rival = None if rival_id is None else self._model_of(rival_id)
-        if rival_id is not None and rival is not None:
-            rival_support = support_at(rival.support_points, pose, view, config.tolerance)
-            observation = judge_rival(observation, rival_id, rival_support, config)
-        item = SceneObject(object_id, model.points, pose, CloudSource.MODEL, support, model.mesh)
-        return item, observation
-
-    def _model_of(self, object_id: str) -> KnownModel | None:
-        try:
-            return self._models.find(object_id)
-        except CloudFormatError:  # said where the object itself is looked for
-            return None
-
-    def _from_cloud(
-        self,
-        object_id: str,
-        poses: Mapping[str, Pose],
-        known: Mapping[str, tuple[KnownModel, Pose]],
-        view: View,
-    ) -> Seen:
-        pose = poses[object_id]
-        sighting = self._observed.see(
-            object_id,
-            pose,
-            view,
-            [(model, other) for model, other in known.values() if _are_near(pose, other)],
-            [
-                other
-                for other_id, other in poses.items()
-                if other_id not in known and other_id != object_id and _are_near(pose, other)
-            ],
-        )
-        if not sighting.is_consistent:
-            self._beliefs.doubt_looks(object_id)
-        if sighting.points is None:
-            return None, sighting.observation
-        item = SceneObject(object_id, sighting.points, pose, CloudSource.OBSERVED)
-        return item, sighting.observation
-
     def _believed(
         self,
         stamp_ns: int,
@@ -296,7 +192,7 @@ class ScenePerception:
         observations = {object_id: observation for object_id, (_, observation) in seen.items()}
         for object_id, reason in refused.items():
             observations[object_id] = Observation(Evidence.CONTRADICTED, reason=reason)
-        self._observed.keep(frozenset(observations))
+        self._finder.observed.keep(frozenset(observations))
         states = self._beliefs.update(stamp_ns, observations, poses)
         objects: dict[str, SceneObject] = {}
         for object_id, status in states.items():
@@ -307,9 +203,5 @@ class ScenePerception:
             if item is not None and usable:
                 objects[object_id] = item
             if status.state is TrackState.LOST:
-                self._observed.forget(object_id)
+                self._finder.observed.forget(object_id)
         return objects, states
-
-
-def _are_near(first: Pose, second: Pose) -> bool:
-    return bool(np.linalg.norm(first.translation - second.translation) < 1.0)
