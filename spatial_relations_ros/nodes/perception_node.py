@@ -7,7 +7,6 @@ import math
 import sys
 import threading
 import time
-from collections import Counter
 from collections.abc import Sequence
 from typing import Any
 
@@ -33,6 +32,7 @@ from spatial_relations_ros.nodes.perception_parameters import (
     ordered_pairs,
     pose_topic,
 )
+from spatial_relations_ros.nodes.perception_states import clouds_state, objects_state
 from spatial_relations_ros.perception.border import (
     Frame,
     FrameResult,
@@ -47,7 +47,6 @@ from spatial_relations_ros.perception.messages import (
     stamp_ns,
 )
 from spatial_relations_ros.perception.point_cloud2 import read_xyz
-from spatial_relations_ros.perception.track_state import TrackState
 from spatial_relations_ros.ros import qos
 from spatial_relations_ros.ros.conversions import (
     cloud_to_msg,
@@ -55,7 +54,7 @@ from spatial_relations_ros.ros.conversions import (
     scene_object_to_msg,
     scene_to_msg,
 )
-from spatial_relations_ros.ros.diagnostics import OK, WARN, State
+from spatial_relations_ros.ros.diagnostics import State
 from spatial_relations_ros.ros.markers import object_markers
 from spatial_relations_ros.ros.relations_node import RelationsNode
 from spatial_relations_ros.ros.running import run_node
@@ -247,35 +246,12 @@ class PerceptionNode(RelationsNode):
 
     def _clouds_state(self) -> State:
         with self._worker.assembler() as assembler:
-            dropped = assembler.dropped.copy()
-            num_waiting = assembler.num_clouds
-        values: dict[str, object] = {'dropped': dropped.total(), 'waiting': num_waiting}
-        values |= {f'dropped: {reason}': count for reason, count in sorted(dropped.items())}
-        return State(OK, f'{dropped.total()} dropped' if dropped else 'none dropped', values)
+            return clouds_state(assembler)
 
     def _objects_state(self) -> State:
         with self._result_lock:
             latest, age_sec = self._latest, time.monotonic() - self._latest_arrival_sec
-        if latest is None:
-            return State(OK, 'waiting for the first cloud')
-        values: dict[str, object] = {'age_sec': f'{age_sec:.1f}'}
-        values |= latest.rejected
-        values |= {key: _state_words(latest, key) for key in sorted(latest.states)}
-        if latest.problem is not None:
-            return State(WARN, latest.problem, values)
-        counts = Counter(status.state for status in latest.states.values())
-        message = ', '.join(f'{counts[state]} {state}' for state in TrackState if counts[state])
-        is_good = set(counts) <= {TrackState.TRACKED}
-        return State(OK if is_good else WARN, message or 'no objects', values)
-
-
-def _state_words(result: FrameResult, object_id: str) -> str:
-    status = result.states[object_id]
-    if status.reason:
-        return f'{status.state}: {status.reason}'
-    item = result.objects[object_id]
-    support = 'not checked' if math.isnan(status.support) else f'{100 * status.support:.0f} %'
-    return f'{status.state}: {item.source.name}, support {support}'
+        return objects_state(latest, age_sec)
 
 
 def _fill_others(

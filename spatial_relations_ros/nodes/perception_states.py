@@ -1,0 +1,48 @@
+"""What perception_node reports about its clouds and objects on /diagnostics."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+
+from spatial_relations_ros.perception.assembler import FrameAssembler
+from spatial_relations_ros.perception.border import FrameResult
+from spatial_relations_ros.perception.track_state import TrackState
+from spatial_relations_ros.ros.diagnostics import OK, WARN, State
+
+
+def clouds_state(assembler: FrameAssembler) -> State:
+    """How many clouds wait, and how many were given up, by reason."""
+    dropped = assembler.dropped
+    values: dict[str, object] = {'dropped': dropped.total(), 'waiting': assembler.num_clouds}
+    values |= {f'dropped: {reason}': count for reason, count in sorted(dropped.items())}
+    return State(OK, f'{dropped.total()} dropped' if dropped else 'none dropped', values)
+
+
+def objects_state(latest: FrameResult | None, age_sec: float) -> State:
+    """How far each object is believed.
+
+    Args:
+        latest: the last result; None before the first.
+        age_sec: how long ago it was made.
+    """
+    if latest is None:
+        return State(OK, 'waiting for the first cloud')
+    values: dict[str, object] = {'age_sec': f'{age_sec:.1f}'}
+    values |= latest.rejected
+    values |= {key: _state_words(latest, key) for key in sorted(latest.states)}
+    if latest.problem is not None:
+        return State(WARN, latest.problem, values)
+    counts = Counter(status.state for status in latest.states.values())
+    message = ', '.join(f'{counts[state]} {state}' for state in TrackState if counts[state])
+    is_good = set(counts) <= {TrackState.TRACKED}
+    return State(OK if is_good else WARN, message or 'no objects', values)
+
+
+def _state_words(result: FrameResult, object_id: str) -> str:
+    status = result.states[object_id]
+    if status.reason:
+        return f'{status.state}: {status.reason}'
+    item = result.objects[object_id]
+    support = 'not checked' if math.isnan(status.support) else f'{100 * status.support:.0f} %'
+    return f'{status.state}: {item.source.name}, support {support}'
