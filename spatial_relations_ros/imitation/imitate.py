@@ -164,7 +164,7 @@ class _Imitation:
             if search.stays(exact):
                 (answer,) = self.maker.answers(search.batch([exact]))
                 steady = search.stays(exact, tilt_rad=_STEADY_TILT_RAD)
-                extra = search.lean_penalty(exact)
+                extra = search.manner_penalty(exact)
                 self._add([self.maker.handicapped(answer, steady=steady, extra=extra)])
                 num_feasible += answer.feasible * (1.0 if steady else _UNSTEADY_COUNT)
             # After a stop only the best one is finished, so that the stop is prompt.

@@ -1,4 +1,4 @@
-"""By how much the relative leans in the demonstration."""
+"""How an object stands: by how much it leans, and how far it was turned over."""
 
 from __future__ import annotations
 
@@ -28,3 +28,9 @@ def demonstrated_lean(reference: Scene) -> float | None:
 def lean_difference(placed: Placed, wanted_rad: float) -> float:
     """How far a body's lean is from another one, 0 to 1."""
     return min(abs(lean_angle_rad(placed) - wanted_rad) / _MOST_DIFFERENT_RAD, 1.0)
+
+
+def turned_over(before: Placed, after: Placed) -> float:
+    """How far the direction that points up in the body has turned: 0, or 1 for upside down."""
+    cosine = float(before.rotation[2] @ after.rotation[2])
+    return math.acos(max(-1.0, min(1.0, cosine))) / math.pi

@@ -10,7 +10,7 @@ import numpy as np
 from spatial_relations_ros.core import Pose, Scene
 from spatial_relations_ros.core.rotations import tilt_angle_rad
 from spatial_relations_ros.imitation.feasibility import MAX_PENETRATION
-from spatial_relations_ros.imitation.lean import lean_difference
+from spatial_relations_ros.imitation.lean import lean_difference, turned_over
 from spatial_relations_ros.imitation.manipulation import obstacle_depths
 from spatial_relations_ros.imitation.objective import Objective
 from spatial_relations_ros.imitation.options import ImitationOptions
@@ -28,6 +28,8 @@ from spatial_relations_ros.placement.stability import TABLE_TILT_RAD
 _CHUNK = 8
 _WIDE_SHARE = 0.5
 _NUM_PARENTS = 5
+# What does not have to be turned over is left as it stands.
+_TURN_WEIGHT = 0.08
 _SAME_HEIGHT = 0.004
 _SAME_TILT_RAD = 0.05
 
@@ -87,7 +89,7 @@ class PlacementSearch:
         base, relative = (
             tabletop.placed(role, item.world_from_object) for role, item in enumerate(test.objects)
         )
-        self._relative = relative
+        self._now = (base, relative)
         bases = [base]
         if movable[0]:
             bases = _standing_bases(base, upright=options.keep_upright)
@@ -184,17 +186,27 @@ class PlacementSearch:
         batch = self._evaluate([candidate.poses for candidate in candidates])
         return [
             Candidate(
-                c.poses, float(distance), float(cost) + self.lean_penalty(c), c.manner, c.proposal
+                c.poses,
+                float(distance),
+                float(cost) + self.manner_penalty(c),
+                c.manner,
+                c.proposal,
             )
             for c, distance, cost in zip(candidates, batch.distances, batch.costs, strict=True)
         ]
 
-    def lean_penalty(self, candidate: Candidate) -> float:
-        """For leaning otherwise than in the demonstration."""
-        weight = self._options.layout_weight
-        if self._lean is None or candidate.proposal is None or weight == 0.0:
+    def manner_penalty(self, candidate: Candidate) -> float:
+        """For leaning otherwise than in the demonstration, and for turning things over."""
+        if candidate.proposal is None:
             return 0.0
-        return weight * lean_difference(candidate.proposal.relative, self._lean)
+        now, proposal = self._now, candidate.proposal
+        penalty = _TURN_WEIGHT * (
+            turned_over(now[0], proposal.base) + turned_over(now[1], proposal.relative)
+        )
+        if self._lean is not None:
+            difference = lean_difference(proposal.relative, self._lean)
+            penalty += self._options.layout_weight * difference
+        return penalty
 
     def refined(self, batch: PoseBatch, starts: Sequence[Candidate]) -> list[Candidate]:
         """What became of starts in the optimiser, brought to rest in the starts' manners."""
@@ -244,7 +256,7 @@ class PlacementSearch:
         """World poses; None when a relative that must not move would have to."""
         base, relative = proposal.base, proposal.relative
         if not self._movable[1]:
-            now = self._relative
+            now = self._now[1]
             turn = now.rotation @ relative.rotation.T
             height = float(now.translation[2] - relative.translation[2])
             if tilt_angle_rad(turn) > _SAME_TILT_RAD or abs(height) > _SAME_HEIGHT:
