@@ -8,17 +8,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 import torch
-from ros_graph import Graph
+from ros_graph import Graph, running_graph
 
 from spatial_relations_ros.learning import Calibration, ModelCard, make_encoder, save_metric
 
 
 @pytest.fixture(scope='module')
 def graph(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Graph]:
-    graph = Graph(tmp_path_factory.mktemp('graph'))
-    yield graph
-    codes = graph.close()
-    assert set(codes.values()) <= {0}, f'exit codes {codes}'
+    yield from running_graph(tmp_path_factory.mktemp('graph'))
 
 
 @pytest.fixture(scope='session')

@@ -5,7 +5,7 @@ from __future__ import annotations
 import contextlib
 import os
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -97,3 +97,11 @@ class Graph:
         self.node.destroy_node()
         rclpy.shutdown(context=self.context)
         return codes
+
+
+def running_graph(folder: Path) -> Iterator[Graph]:
+    """What the fixtures of a graph yield; at the end all nodes must have ended well."""
+    graph = Graph(folder)
+    yield graph
+    codes = graph.close()
+    assert set(codes.values()) <= {0}, f'exit codes {codes}'
