@@ -1,0 +1,139 @@
+"""Requests at the border of what can be imitated: a right answer, or a clear refusal."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+import torch
+
+from spatial_relations_ros.core import (
+    InvalidPoseError,
+    InvalidSceneError,
+    Pose,
+    Scene,
+    SceneObject,
+    TriangleMesh,
+)
+from spatial_relations_ros.imitation import ImitationOptions, imitate
+from spatial_relations_ros.learning import load_metric
+
+
+@pytest.fixture(scope='module')
+def metric():
+    return load_metric()
+
+
+@pytest.fixture(scope='module')
+def on_top(solids):
+    return Scene(
+        solids.box('plate', (0.22, 0.2, 0.03), (0.4, 0.1, 0.015)),
+        solids.cup('cup', 0.04, 0.1, (0.41, 0.1, 0.0805)),
+    )
+
+
+@pytest.fixture(scope='module')
+def inside(solids):
+    return Scene(
+        solids.cup('pot', 0.09, 0.14, (0.0, 0.0, 0.07)),
+        solids.box('carton', (0.05, 0.05, 0.12), (0.01, 0.0, 0.0642)),
+    )
+
+
+@pytest.fixture(scope='module')
+def apart(solids):
+    return Scene(
+        solids.box('tray', (0.3, 0.2, 0.04), (0, 0, 0.02)),
+        solids.box('carton', (0.07, 0.07, 0.18), (0.35, 0.05, 0.09)),
+    )
+
+
+def test_with_swapped_objects_the_roles_are_swapped(metric, on_top, solids):
+    swapped = Scene(
+        solids.box('carton', (0.14, 0.12, 0.18), (0.0, 0.0, 0.09)),
+        solids.box('tray', (0.2, 0.16, 0.03), (0.4, 0.0, 0.015)),
+    )
+    result = imitate(metric, on_top, swapped)
+    assert result.success, result.message
+    scene = result.answers[0].scene(swapped)
+    assert scene.relative.world_points[:, 2].min() > scene.base.world_points[:, 2].max() - 5e-3
+
+
+def test_two_identical_objects_are_stacked(metric, on_top, solids):
+    first = solids.box('block', (0.1, 0.1, 0.06), (0.0, 0.0, 0.03))
+    twins = Scene(
+        first,
+        dataclasses.replace(first, object_id='twin').moved_to(Pose(np.array([0.3, 0, 0.03]))),
+    )
+    result = imitate(metric, on_top, twins)
+    assert result.answers[0].feasible
+    assert result.answers[0].distance < result.initial_distance
+
+
+def test_a_plate_into_a_mug_is_refused_with_the_nearest_attempt(metric, inside, solids):
+    impossible = Scene(
+        solids.cup('mug', 0.04, 0.1, (0.0, 0.0, 0.05)),
+        solids.box('plate', (0.24, 0.24, 0.02), (0.4, 0.0, 0.01)),
+    )
+    result = imitate(metric, inside, impossible)
+    assert not result.success
+    assert 'no placement was found' in result.message or 'no feasible' in result.message
+    assert result.answers
+    assert not (result.answers[0].feasible and result.answers[0].distance < 0.5)
+
+
+@pytest.mark.parametrize('size', [0.02, 2.0])
+def test_tiny_and_huge_objects_are_placed_too(metric, on_top, apart, size):
+    factor = size / 0.3
+
+    def scaled(item):
+        mesh = TriangleMesh((item.mesh.vertices * factor).astype(np.float32), item.mesh.triangles)
+        pose = Pose(item.world_from_object.translation * factor, item.world_from_object.quat_wxyz)
+        return dataclasses.replace(
+            item, points=item.points * np.float32(factor), mesh=mesh, world_from_object=pose
+        )
+
+    test = Scene(*(scaled(item) for item in apart.objects))
+    result = imitate(metric, on_top, test)
+    assert result.success, result.message
+    scene = result.answers[0].scene(test)
+    gap = scene.relative.world_points[:, 2].min() - scene.base.world_points[:, 2].max()
+    assert abs(gap) < 0.02 * size
+
+
+def test_ten_milliseconds_still_give_an_answer_with_its_faults(metric, on_top, apart):
+    result = imitate(metric, on_top, apart, ImitationOptions(time_budget_sec=0.01))
+    best = result.answers[0]
+    assert best.feasible == (not best.violations)
+    assert result.success == (best.feasible and result.message.startswith('distance'))
+
+
+def test_the_same_seed_gives_the_same_bytes_and_another_thread_count_the_same_relation(
+    metric, on_top, apart
+):
+    def targets():
+        answer = imitate(metric, on_top, apart).answers[0]
+        return answer, np.array([p.target.as_matrix() for p in answer.placements])
+
+    threads = torch.get_num_threads()
+    try:
+        torch.set_num_threads(1)
+        (first, one), (_, again) = targets(), targets()
+        torch.set_num_threads(2)
+        second, _ = targets()
+    finally:
+        torch.set_num_threads(threads)
+    assert one.tobytes() == again.tobytes()
+    # Sums in another order may choose another of several good placements.
+    assert second.feasible
+    assert second.distance == pytest.approx(first.distance, abs=0.05)
+
+
+@pytest.mark.parametrize('count', [0, 1])
+def test_clouds_without_extent_are_refused_by_name(count):
+    with pytest.raises(InvalidSceneError, match='mug'):
+        SceneObject('mug', np.zeros((count, 3), dtype=np.float32), Pose())
+
+
+def test_a_pose_that_is_not_a_number_is_refused():
+    with pytest.raises(InvalidPoseError, match='not finite'):
+        Pose(np.array([0.0, np.nan, 0.0]))
