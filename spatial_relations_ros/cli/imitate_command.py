@@ -86,6 +86,13 @@ def imitate(
     keep_heading: Annotated[
         bool, typer.Option('--keep-heading', help="Keep the demonstration's direction as well.")
     ] = False,
+    keep_upright: Annotated[
+        bool, typer.Option('--keep-upright', help='Turn what is placed about the vertical only.')
+    ] = False,
+    num_proposals: Annotated[
+        int | None,
+        typer.Option('--proposals', min=1, help='Placements to compare.', show_default=False),
+    ] = None,
     time_budget: Annotated[
         float, typer.Option('--time-budget', min=0.0, help='Seconds; 0 for no limit.')
     ] = 0.0,
@@ -163,6 +170,8 @@ def imitate(
         movable=ROLES if movable is Movable.BOTH else (movable.value,),
         num_answers=num_answers,
         keep_heading=keep_heading,
+        keep_upright=keep_upright,
+        num_proposals=num_proposals or ImitationOptions.num_proposals,
         time_budget_sec=time_budget or None,
         max_steps=ImitationOptions.max_steps if max_steps is None else max_steps,
         table_height=table_height,
@@ -199,12 +208,15 @@ def _run(
 ) -> ImitationResult:
     from spatial_relations_ros.imitation import imitate as run_imitation
 
-    steps = options.max_steps * (options.num_starts if options.propose else 1)
     with progress_bar('steps') as advance:
 
         def on_progress(progress: ImitationProgress) -> bool:
             recorder.record(progress)
-            advance(progress.step, max(steps, progress.step), f'distance {progress.distance:.3f}')
+            advance(
+                progress.step,
+                max(options.max_steps, progress.step),
+                f'distance {progress.distance:.3f}',
+            )
             return True
 
         return run_imitation(metric, reference, test, options, on_progress=on_progress)

@@ -47,9 +47,16 @@ IMITATE_PARAMETERS = (
         maximum=3600.0,
     ),
     ParameterSpec(
+        'num_proposals',
+        DEFAULTS.num_proposals,
+        'Placements proposed from the shapes and compared; more find more and take longer.',
+        minimum=1,
+        maximum=10000,
+    ),
+    ParameterSpec(
         'num_starts',
         DEFAULTS.num_starts,
-        'Starting poses that are refined; more find more answers and take longer.',
+        'How many of the nearest placements are refined.',
         minimum=1,
         maximum=100,
     ),
@@ -59,6 +66,9 @@ IMITATE_PARAMETERS = (
         'Optimization steps of each refinement.',
         minimum=0,
         maximum=10000,
+    ),
+    ParameterSpec(
+        'keep_upright', False, 'Turn what is placed about the vertical only, as full cups need it.'
     ),
     ParameterSpec(
         'approach_height',
@@ -95,6 +105,8 @@ def default_options(parameters: Parameters, seen_table_height: float | None) -> 
     table_height = parameters.number('table_height')
     return ImitationOptions(
         time_budget_sec=parameters.number('time_budget') or None,
+        keep_upright=parameters.flag('keep_upright'),
+        num_proposals=parameters.integer('num_proposals'),
         num_starts=parameters.integer('num_starts'),
         max_steps=parameters.integer('max_steps'),
         approach_height=parameters.number('approach_height'),
