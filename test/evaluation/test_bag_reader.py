@@ -20,6 +20,7 @@ from spatial_relations_ros.perception.border import StampedTransform, TrackedPos
 MS = 1_000_000
 DEMO = Path(__file__).parents[2] / 'bags' / 'demo'
 RGB = np.zeros((4, 6, 3), dtype=np.uint8)
+XYZ = np.zeros((4, 6, 3), dtype=np.float32)
 
 
 def xyz_of(idx):
@@ -63,6 +64,42 @@ def test_each_cloud_comes_with_what_arrived_before_it(tmp_path, storage):
     assert second.transforms == ()
     assert [item.object_id for item in first.tracks] == ['cup', 'mug']
     assert second.tracks[0].frame_from_object.translation[0] == 2.0
+
+
+def test_poses_recorded_after_their_cloud_go_with_it(tmp_path):
+    """A recorder writes in order of arrival, which differs from one run to the next."""
+
+    def contents(name, late_ms):
+        with BagWriter(tmp_path / name) as writer:
+            for stamp in (0, 33, 66):
+                message = writer.tracked_objects(stamp * MS, 'camera', [track('cup', stamp * MS)])
+                writer.write('/tracked_objects', (stamp + late_ms) * MS, message)
+                writer.write('/points', (stamp + 5) * MS, writer.cloud(stamp * MS, 'c', XYZ, RGB))
+        return [
+            (frame.stamp_ns // MS, [item.stamp_ns // MS for item in frame.tracks])
+            for frame in read_frames(tmp_path / name)
+        ]
+
+    early = contents('early', 0)
+    assert early == [(0, [0]), (33, [33]), (66, [66])]
+    # The first cloud cannot know that a cup will come.
+    assert contents('late', 12) == [(0, []), (33, [0, 33]), (66, [66])]
+    # Too late for the wait, but for the first one after each silence.
+    assert len(contents('too_late', 200)) == 3
+
+
+def test_a_clock_that_jumps_back_costs_the_cloud_that_waits(tmp_path):
+    with BagWriter(tmp_path / 'bag') as writer:
+        for time_ns, stamp in ((0, 9_000 * MS), (1 * MS, 9_033 * MS), (2 * MS, 0)):
+            if time_ns == 0:
+                message = writer.tracked_objects(stamp, 'camera', [track('cup', stamp)])
+                writer.write('/tracked_objects', time_ns, message)
+            writer.write('/points', time_ns, writer.cloud(stamp, 'camera', XYZ, RGB))
+    with BagReader(tmp_path / 'bag') as reader:
+        assert [frame.stamp_ns for frame in reader.frames()] == [9_000 * MS, 0]
+        (dropped,) = reader.dropped
+    assert (dropped.topic, dropped.time_ns) == ('/points', 2 * MS)
+    assert 'clock jumped back' in dropped.reason
 
 
 @pytest.mark.parametrize('mode', [CompressionMode.FILE, CompressionMode.MESSAGE])
