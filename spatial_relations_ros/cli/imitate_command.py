@@ -46,6 +46,7 @@ from spatial_relations_ros.cli.robot_options import (
     robot_options,
 )
 from spatial_relations_ros.cli.scene_sources import SceneSource
+from spatial_relations_ros.cli.simulation import require_mujoco, simulated_answers
 
 if TYPE_CHECKING:
     from spatial_relations_ros.core import Scene
@@ -93,6 +94,10 @@ def imitate(
         int | None,
         typer.Option('--proposals', min=1, help='Placements to compare.', show_default=False),
     ] = None,
+    physics: Annotated[
+        bool,
+        typer.Option('--physics', help='Let go what is placed for a second (needs MuJoCo).'),
+    ] = False,
     time_budget: Annotated[
         float, typer.Option('--time-budget', min=0.0, help='Seconds; 0 for no limit.')
     ] = 0.0,
@@ -180,11 +185,20 @@ def imitate(
             test_scene, obstacles, grasp, approach_height, shoulder, (reach_min, reach_max)
         ),
     )
+    if physics:
+        require_mujoco()
     metric = load_metric(weights, gradient=gradient)
     recorder = StepRecorder()
     result = _run(metric, reference_scene, test_scene, options, recorder)
     _show(output, result, test_scene)
     content = result_entry(result)
+    if physics:
+        simulations = simulated_answers(result, test_scene, table_height)
+        for idx, (answer, entry) in enumerate(
+            zip(content['answers'], simulations, strict=True), start=1
+        ):
+            answer['simulation'] = entry
+            output.say(f'answer {idx} {"stays" if entry["stays"] else "moves"} in simulation')
     output.write_json(content)
     if out is not None:
         _write_folder(out, metric, reference_scene, test_scene, result, table_height)
