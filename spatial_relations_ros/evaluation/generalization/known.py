@@ -11,8 +11,8 @@ import numpy as np
 from spatial_relations_ros.core import DatasetFormatError, Relation, Scene, TriangleMesh
 from spatial_relations_ros.datasets.freiburg import RelationDataset, RelationScene
 from spatial_relations_ros.datasets.solidify import solid_from_cloud, watertight
-from spatial_relations_ros.evaluation.generalization.cases import Case, Experiment, on_table
-from spatial_relations_ros.evaluation.generalization.transformable import impossible_reason
+from spatial_relations_ros.evaluation.generalization.cases import Experiment, on_table
+from spatial_relations_ros.evaluation.generalization.pairing import Reference, paired_experiment
 from spatial_relations_ros.evaluation.judging import judge_scene
 
 KNOWN = 'known'
@@ -34,15 +34,6 @@ PAPER_REFERENCES: Mapping[str, Relation] = {
 }
 
 _STREAM = 11
-
-
-@dataclasses.dataclass(frozen=True, eq=False)
-class Reference:
-    """A demonstrated scene, on the table z = 0."""
-
-    name: str
-    relation: Relation
-    scene: Scene
 
 
 class SolidScenes:
@@ -133,30 +124,12 @@ def _confirmed(
 
 def known_experiment(references: Sequence[Reference]) -> Experiment:
     """All ordered pairs of a reference and the objects of another scene, less impossible ones."""
-    cases: list[Case] = []
-    left_out: Counter[str] = Counter()
-    for reference in references:
-        for test in references:
-            if test is reference:
-                continue
-            base, relative = test.scene.objects
-            assert base.mesh is not None
-            assert relative.mesh is not None
-            reason = impossible_reason(reference.relation, base.mesh, relative.mesh)
-            if reason:
-                left_out[reason] += 1
-                continue
-            cases.append(
-                Case(
-                    len(cases), KNOWN, reference.relation, reference.scene, test.scene,
-                    reference.name, test.name,
-                )
-            )  # fmt: skip
-    return Experiment(
+    return paired_experiment(
         KNOWN,
-        tuple(cases),
         f'{len(references)} scenes, each imitated with the objects of every other; both objects '
         'may move',
-        tuple((reference.name, reference.relation) for reference in references),
-        left_out,
+        [
+            (reference, [(test.name, test.scene) for test in references if test is not reference])
+            for reference in references
+        ],
     )

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 import warnings
-from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -15,10 +14,9 @@ from numpy.typing import NDArray
 from spatial_relations_ros.core import DatasetFormatError, Scene, TriangleMesh
 from spatial_relations_ros.datasets.object_files import load_object_model, model_paths
 from spatial_relations_ros.datasets.solidify import solid_from_cloud, watertight
-from spatial_relations_ros.evaluation.generalization.cases import DENSITY, Case, Experiment
-from spatial_relations_ros.evaluation.generalization.known import Reference
+from spatial_relations_ros.evaluation.generalization.cases import DENSITY, Experiment
+from spatial_relations_ros.evaluation.generalization.pairing import Reference, paired_experiment
 from spatial_relations_ros.evaluation.generalization.placed_scenes import scene_of_placed
-from spatial_relations_ros.evaluation.generalization.transformable import impossible_reason
 from spatial_relations_ros.placement.body import Body, Placed
 from spatial_relations_ros.placement.model import ObjectModel
 from spatial_relations_ros.placement.resting import about_z, half_width
@@ -137,28 +135,10 @@ def unknown_experiment(
     references: Sequence[Reference], pairs: Sequence[StandingPair]
 ) -> Experiment:
     """All references imitated with all pairs, less impossible ones."""
-    cases: list[Case] = []
-    left_out: Counter[str] = Counter()
-    for reference in references:
-        for pair in pairs:
-            base, relative = pair.scene.objects
-            assert base.mesh is not None
-            assert relative.mesh is not None
-            reason = impossible_reason(reference.relation, base.mesh, relative.mesh)
-            if reason:
-                left_out[reason] += 1
-                continue
-            cases.append(
-                Case(
-                    len(cases), UNKNOWN, reference.relation, reference.scene, pair.scene,
-                    reference.name, pair.name,
-                )
-            )  # fmt: skip
-    return Experiment(
+    tests = [(pair.name, pair.scene) for pair in pairs]
+    return paired_experiment(
         UNKNOWN,
-        tuple(cases),
         f'{len(references)} scenes, each imitated with {len(pairs)} pairs of objects that stand '
         'next to each other; both objects may move',
-        tuple((reference.name, reference.relation) for reference in references),
-        left_out,
+        [(reference, tests) for reference in references],
     )
