@@ -116,6 +116,7 @@ def test_random_pairs_are_possible_and_start_apart():
 
 
 def test_with_simulation_every_random_pair_has_a_feasible_placement():
+    pytest.importorskip('mujoco', reason='needs MuJoCo, the extra physics')
     experiment = random_experiment(num_cases=1, num_objects=40, seed=3, simulate=True)
     for case in experiment.cases:
         judgement = judge_scene(case.reference, 0.0)

@@ -17,6 +17,8 @@ from spatial_relations_ros.evaluation.generalization.tables import (
     result_rows,
 )
 
+pytest.importorskip('mujoco', reason='needs MuJoCo, the extra physics')
+
 TILTED = (math.cos(0.25), 0.0, math.sin(0.25), 0.0)
 
 

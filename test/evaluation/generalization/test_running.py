@@ -24,6 +24,8 @@ from spatial_relations_ros.evaluation.generalization.views import (
 from spatial_relations_ros.imitation import ImitationOptions
 from spatial_relations_ros.visualization import read_image
 
+pytest.importorskip('mujoco', reason='needs MuJoCo, the extra physics')
+
 
 @pytest.fixture(scope='module')
 def cases(boxes):
