@@ -51,7 +51,7 @@ def _interpenetrating(scene: Scene, rng: np.random.Generator) -> Scene:
         place = low + rng.uniform(0.2, 0.8, 3) * (high - low)
         spoilt = _with_relative(scene, _random_rotation(rng), place)
         moved = Body(relative.shape, spoilt.relative.world_from_object)
-        found = max(overlap(base, moved)[0], reach_through(base, moved))
+        found = max(overlap(base, moved), reach_through(base, moved))
         if found > depth:
             deepest, depth = spoilt, found
         if depth >= MIN_OVERLAP:

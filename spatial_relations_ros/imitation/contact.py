@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import torch
 from numpy.typing import NDArray
 
 from spatial_relations_ros.core import Pose
@@ -41,32 +40,11 @@ class Body:
         )
 
 
-def overlap(first: Body, second: Body) -> tuple[float, NDArray[np.float64]]:
-    """Deepest overlap of two bodies and the way out of it for the first one.
-
-    Returns:
-        Depth in metres (0 without overlap) and the unit direction (3,) in which the first body
-        leaves the second.
-    """
+def overlap(first: Body, second: Body) -> float:
+    """Deepest overlap of two bodies at their surface points, metres; 0 without one."""
     into_second = second.signed_distance(first.world_points)
     into_first = first.signed_distance(second.world_points)
-    if min(into_second.min(), into_first.min()) >= 0.0:
-        return 0.0, np.zeros(3)
-    if into_second.min() <= into_first.min():
-        point = first.world_points[int(into_second.argmin())]
-        return -float(into_second.min()), _outward(second, point)
-    point = second.world_points[int(into_first.argmin())]
-    return -float(into_first.min()), -_outward(first, point)
-
-
-def _outward(body: Body, world_point: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Direction (3,) in which the signed distance to a body grows at a point."""
-    local = torch.from_numpy(body.pose.inverse().apply(world_point).astype(np.float32))
-    local.requires_grad_(True)
-    (gradient,) = torch.autograd.grad(body.shape.field.sample(local), local)
-    direction = body.pose.rotation @ gradient.numpy().astype(np.float64)
-    norm = float(np.linalg.norm(direction))
-    return direction / norm if norm > 1e-6 else np.array([0.0, 0.0, 1.0])
+    return max(0.0, -float(into_second.min()), -float(into_first.min()))
 
 
 def reach_through(first: Body, second: Body) -> float:

@@ -42,7 +42,7 @@ def check_placement(
     the weight; with a cloud alone its centre of mass must lie over the hull of its contacts.
     """
     estimate = ' (estimated from a cloud)' if _is_estimate(body, other) else ''
-    depth, _ = overlap(body, other)
+    depth = overlap(body, other)
     if depth <= MAX_PENETRATION:  # thin walls may cross all the same
         depth = max(depth, reach_through(body, other))
     below = max(table_height - float(body.world_points[:, 2].min()), 0.0)

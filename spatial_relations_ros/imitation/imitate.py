@@ -83,9 +83,9 @@ class _Imitation:
         on_progress: ProgressCallback | None,
     ) -> None:
         self.start_time = time.monotonic()
-        self.options, self.test, self.on_progress = options, test, on_progress
+        self.options, self.on_progress = options, on_progress
+        self.reference, self.test = reference, test
         self.objective = make_objective(metric, reference, test, options)
-        self.lean_rad = demonstrated_lean(reference)
         self.movable = (ROLES[0] in options.movable, ROLES[1] in options.movable)
         self.maker = AnswerMaker(test, self.objective, options, self.movable)
         self.answers: list[ImitationAnswer] = []
@@ -114,7 +114,12 @@ class _Imitation:
             self.objective.table_height,
         )
         search = PlacementSearch(
-            self.test, self.objective, tabletop, self.movable, self.options, lean=self.lean_rad
+            self.test,
+            self.objective,
+            tabletop,
+            self.movable,
+            self.options,
+            lean=demonstrated_lean(self.reference),
         )
         found: list[Candidate] = []
         if self.options.propose:

@@ -83,7 +83,7 @@ class ImitationResult:
 
     Attributes:
         success: whether the best answer is feasible and similar to the demonstration, that is
-            nearer than 0.5.
+            nearer than the distance at which that is likely.
         message: why not, in words a person can act on; otherwise a summary.
         answers: best first; at least one.
         distance_history: (S,) distance of the best answer's run at each step; the first is the

@@ -243,14 +243,13 @@ class PlacementSearch:
 
     def _is_free(self, poses: PosePair) -> bool:
         """Whether what moves is clear of the obstacles."""
-        return all(
-            obstacle_depths(self._objective.shapes[role], [poses[role]], self._options.obstacles)[
-                0
-            ]
-            <= MAX_PENETRATION
+        obstacles = self._options.obstacles
+        depths = [
+            float(obstacle_depths(self._objective.shapes[role], [poses[role]], obstacles)[0])
             for role in (0, 1)
-            if self._movable[role] and self._options.obstacles
-        )
+            if self._movable[role]
+        ]
+        return max(depths) <= MAX_PENETRATION
 
     def _poses(self, proposal: Proposal) -> PosePair | None:
         """World poses; None when a relative that must not move would have to."""

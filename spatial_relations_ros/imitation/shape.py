@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from spatial_relations_ros.core import InvalidSceneError, SceneObject, TriangleMesh
 from spatial_relations_ros.datasets.objects.solids import mesh_of
-from spatial_relations_ros.datasets.solidify import solid_from_cloud
+from spatial_relations_ros.datasets.solidify import is_watertight, solid_from_cloud
 from spatial_relations_ros.imitation.distance_field import DistanceField
 
 CONTACT_POINTS = 2048
@@ -48,7 +48,7 @@ class Shape:
     """
 
     def __init__(self, item: SceneObject) -> None:
-        mesh = item.mesh if item.mesh is not None and _is_watertight(item.mesh) else None
+        mesh = item.mesh if item.mesh is not None and is_watertight(item.mesh) else None
         self.is_estimate = mesh is None
         self.mesh = _estimated(item.points) if mesh is None else mesh
         self.points = _contact_points(self.mesh)
@@ -129,15 +129,6 @@ def _estimated(points: Array) -> TriangleMesh:
     offsets = 0.5 * thickness * np.array(list(itertools.product((-1.0, 1.0), repeat=3)))
     corners = (points[:, None].astype(np.float64) + offsets).reshape(-1, 3)
     return mesh_of(Manifold.hull_points(corners))
-
-
-def _is_watertight(mesh: TriangleMesh) -> bool:
-    """Whether every edge is used once in each direction."""
-    edges = mesh.triangles[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2).astype(np.int64)
-    count = len(mesh.vertices)
-    forward = np.sort(edges[:, 0] * count + edges[:, 1])
-    backward = np.sort(edges[:, 1] * count + edges[:, 0])
-    return bool(np.array_equal(forward, backward))
 
 
 def _contact_points(mesh: TriangleMesh) -> Array:

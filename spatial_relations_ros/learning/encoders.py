@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import copy
 import dataclasses
+from abc import ABC, abstractmethod
 from collections.abc import Callable
 
 import torch
@@ -17,7 +18,7 @@ from spatial_relations_ros.projection import PLANES, ProjectionConfig
 EMBEDDING_DIM = 64
 
 
-class Encoder(nn.Module):
+class Encoder(nn.Module, ABC):
     """Base of all encoders: one sub-network for all planes, then layers that fuse the planes.
 
     Subclasses set ``projection`` (the images they expect), ``value_scale`` and ``fuse`` (from the
@@ -28,9 +29,9 @@ class Encoder(nn.Module):
     value_scale: float
     fuse: nn.Module
 
+    @abstractmethod
     def features(self, images: Tensor) -> Tensor:
         """Features of single planes, (B, 2, S, S) to (B, ...)."""
-        raise NotImplementedError
 
     def forward(self, images: Tensor) -> Tensor:
         """Embeddings (B, 64) of images (B, 3, 2, S, S) with values as ``project`` gives them."""

@@ -72,12 +72,8 @@ def snapped(placed: Placed, max_angle_rad: float = MAX_SNAP_RAD) -> Placed:
     nearest = int(ups[:, 2].argmax())
     if np.arccos(np.clip(ups[nearest, 2], -1.0, 1.0)) > max_angle_rad:
         return placed
-    return turned_about_middle(placed, rotation_between(ups[nearest], UP))
-
-
-def turned_about_middle(placed: Placed, rotation: FloatArray) -> Placed:
-    """Turns a body (3, 3) about its origin, which is the middle of its bounding box."""
-    return Placed(placed.body, rotation @ placed.rotation, placed.translation)
+    level = rotation_between(ups[nearest], UP)
+    return Placed(placed.body, level @ placed.rotation, placed.translation)
 
 
 def lean_direction(moving: Placed, fixed: Placed) -> FloatArray:

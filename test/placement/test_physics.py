@@ -13,6 +13,7 @@ from spatial_relations_ros.datasets.objects.solids import box, prism
 from spatial_relations_ros.placement.body import Body, Placed
 from spatial_relations_ros.placement.convex_parts import convex_parts
 from spatial_relations_ros.placement.physics import settle
+from spatial_relations_ros.placement.ray_casting import as_tensor, ray_casting_scene
 from spatial_relations_ros.placement.resting import about_axis
 
 SIDE = 0.1
@@ -55,6 +56,19 @@ def test_parts_of_a_box_without_a_lid_leave_its_room_free():
         hull = ConvexHull(part.points)
         middle = hull.equations[:, :3] @ np.zeros(3) + hull.equations[:, 3]
         assert middle.max() > 0.0
+
+
+@pytest.mark.parametrize('family', ['mug', 'bakingdish', 'bowl'])
+def test_parts_hardly_reach_into_a_hollow_with_rounded_walls(family):
+    model = sample_object(family, np.random.default_rng(2))
+    surface = ray_casting_scene(model.mesh)
+    # Corners of the hulls lie on the solid; the middles of their faces show what bulges.
+    middles = []
+    for part in convex_parts(model.mesh):
+        hull = ConvexHull(part.points)
+        middles.append(part.points[hull.simplices].mean(axis=1))
+    distances = surface.compute_signed_distance(as_tensor(np.concatenate(middles))).numpy()
+    assert distances.max() < 0.006
 
 
 def test_an_open_surface_has_no_parts():

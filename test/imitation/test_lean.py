@@ -1,0 +1,61 @@
+import numpy as np
+import pytest
+
+from spatial_relations_ros.core import Pose, Scene
+from spatial_relations_ros.core.rotations import matrix_from_rotvec
+from spatial_relations_ros.imitation import ImitationOptions, imitate
+from spatial_relations_ros.imitation.lean import demonstrated_lean, lean_difference, turned_over
+from spatial_relations_ros.imitation.shape import shape_of
+from spatial_relations_ros.imitation.solids import solid_of
+from spatial_relations_ros.imitation.statics import rests
+
+
+def turned(item, rotvec):
+    rotation = matrix_from_rotvec(np.array(rotvec, float))
+    return item.moved_to(Pose.from_rotation(rotation, item.world_from_object.translation))
+
+
+def placed(item):
+    return solid_of(shape_of(item), 1.0).placed(item.world_from_object, (0.0, 0.0, 0.0))
+
+
+@pytest.fixture(scope='module')
+def carton(solids):
+    return solids.box('carton', (0.05, 0.07, 0.16), (0.3, 0, 0.08))
+
+
+@pytest.mark.parametrize(('angle', 'lean'), [(0.0, 0.0), (0.4, 0.4), (np.pi / 2, 0.0)])
+def test_the_lean_is_the_angle_to_the_nearest_way_to_stand(solids, carton, angle, lean):
+    base = solids.box('base', (0.1, 0.1, 0.1), (0, 0, 0.05))
+    demonstration = Scene(base, turned(carton, (angle, 0, 0)))
+    assert demonstrated_lean(demonstration) == pytest.approx(lean, abs=1e-5)
+    assert lean_difference(placed(carton), lean) == pytest.approx(lean / np.deg2rad(40), abs=1e-5)
+
+
+def test_turning_over_counts_and_turning_about_the_vertical_does_not(carton):
+    now = placed(carton)
+    for rotvec, share in (((0, 0, 2.0), 0.0), ((np.pi / 2, 0, 0), 0.5), ((np.pi, 0, 0), 1.0)):
+        assert turned_over(now, placed(turned(carton, rotvec))) == pytest.approx(share, abs=1e-6)
+
+
+def test_a_mug_is_not_put_upside_down_without_need(metric, solids):
+    demonstration = Scene(
+        solids.cup('pot', 0.09, 0.12, (0, 0, 0.06)),
+        solids.box('can', (0.06, 0.06, 0.11), (0, 0, 0.0592)),
+    )
+    test = Scene(
+        solids.cup('bucket', 0.1, 0.12, (0, 0, 0.06)),
+        solids.cup('mug', 0.035, 0.09, (0.4, 0, 0.045)),
+    )
+    result = imitate(metric, demonstration, test, ImitationOptions())
+    assert result.success, result.message
+    up = result.answers[0].placements[1].target.rotation[2, 2]
+    assert up > 0.99
+
+
+def test_what_stays_on_a_tilted_table_does_not_on_one_tilted_more(solids):
+    base = placed(solids.box('base', (0.3, 0.3, 0.05), (0, 0, 0.025)))
+    tower = placed(solids.box('tower', (0.03, 0.03, 0.3), (0, 0, 0.2)))
+    # It tips at atan(15 / 150), 5.7 degrees.
+    assert rests(tower, base)
+    assert not rests(tower, base, tilt_rad=np.deg2rad(8.0))
