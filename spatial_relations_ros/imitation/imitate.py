@@ -136,33 +136,35 @@ class _Imitation:
             refined, _ = self._refine(search.batch(starts))
             found += search.refined(refined, starts)
             self._note(found)
-        refused: set[Candidate] = set()
-        self._check(search, found, refused)
+        tried: set[Candidate] = set()
+        self._check(search, found, tried)
         for _ in range(_MAX_MORE if self.options.propose else 0):
             if self._is_clear(self.best) or not self._keep_going(self.num_steps):
                 break
-            # Nothing near the demonstration stays: look on around what is not known to fall.
+            # Nothing near the demonstration stays: look on around what was not tried yet.
             for _ in range(_MORE_CHUNKS):
-                found += search.more([c for c in found if c not in refused] or found)
+                found += search.more([c for c in found if c not in tried] or found)
+                if not self._keep_going(self.num_steps):
+                    break
             self._note(found)
-            self._check(search, found, refused)
+            self._check(search, found, tried)
 
     def _check(
-        self, search: PlacementSearch, found: list[Candidate], refused: set[Candidate]
+        self, search: PlacementSearch, found: list[Candidate], tried: set[Candidate]
     ) -> None:
         """Makes answers of the nearest candidates that stay where they are put.
 
-        Those that do not are added to the refused ones, which are not tried again.
+        Those that were looked at are added to the tried ones, which are not looked at again.
         """
         wanted = self.options.num_answers + _SPARE_ANSWERS
         nearest: Candidate | None = None
         num_feasible = 0.0
-        untried = [candidate for candidate in found if candidate not in refused]
+        untried = [candidate for candidate in found if candidate not in tried]
         for candidate in _unlike(untried, self.objective.extent)[:_MAX_CHECKS]:
             if candidate.distance > _HOPELESS * self.objective.similar_distance and nearest:
                 break
             exact = search.settled(candidate)
-            refused.add(candidate)
+            tried.add(candidate)
             if exact is None:
                 continue
             nearest = nearest or exact
@@ -173,8 +175,7 @@ class _Imitation:
                 self._add([self.maker.handicapped(answer, steady=steady, extra=extra)])
                 num_feasible += answer.feasible * (1.0 if steady else _UNSTEADY_COUNT)
             # After a stop only the best one is finished, so that the stop is prompt.
-            is_enough = num_feasible >= wanted or (self.stopped and num_feasible > 0)
-            if is_enough or not self._keep_going(self.num_steps):
+            if num_feasible >= wanted or not self._keep_going(self.num_steps):
                 break
         if nearest is not None and not self._is_success(self.best):
             self._add(self.maker.answers(search.batch([nearest])))
