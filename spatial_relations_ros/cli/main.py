@@ -6,25 +6,95 @@ from typing import Annotated
 
 import typer
 
-from spatial_relations_ros import __version__
-from spatial_relations_ros.cli.bench_command import bench
-from spatial_relations_ros.cli.dataset_commands import generate
-from spatial_relations_ros.cli.embedding_commands import distance, embed
 from spatial_relations_ros.cli.error_reports import ReportingGroup
-from spatial_relations_ros.cli.generalize_command import generalize
-from spatial_relations_ros.cli.imitate_command import imitate
-from spatial_relations_ros.cli.learning_commands import train
-from spatial_relations_ros.cli.memory_commands import forget, list_relations, nearest, remember
-from spatial_relations_ros.cli.objects_commands import objects_app
-from spatial_relations_ros.cli.output import JsonOption, Output
-from spatial_relations_ros.cli.replay_command import replay
-from spatial_relations_ros.cli.retrieve_command import retrieve
+from spatial_relations_ros.cli.lazy_group import MARKUP, CommandEntry, LazyGroup
+
+SCENES, MEMORY = 'Scenes', 'Remembered relations'
+LEARNING = 'Data, training, evaluation'
+_CLI = 'spatial_relations_ros.cli'
+
+
+class Relations(ReportingGroup, LazyGroup):
+    """The subcommands; summaries are those of their help, as a test compares."""
+
+    entries = (
+        CommandEntry(
+            'imitate', SCENES,
+            'Imitate the relation of the reference objects with the test objects.',
+            f'{_CLI}.imitate_command:imitate',
+        ),
+        CommandEntry(
+            'embed', SCENES, 'Embed a scene: where the metric places its relation.',
+            f'{_CLI}.embedding_commands:embed',
+        ),
+        CommandEntry(
+            'distance', SCENES,
+            'Distance of two scenes under the metric, small for like relations, and what it '
+            'means.',
+            f'{_CLI}.embedding_commands:distance',
+        ),
+        CommandEntry(
+            'replay', SCENES, 'Replay a bag through perception, and imitate what it shows.',
+            f'{_CLI}.replay_command:replay',
+        ),
+        CommandEntry(
+            'objects', SCENES,
+            'Your own objects: make meshes and clouds fit for use, keep them under names.',
+            f'{_CLI}.objects_commands:objects_app',
+        ),
+        CommandEntry(
+            'remember', MEMORY,
+            "Remember a scene's relation under a name; a name that is taken is refused.",
+            f'{_CLI}.memory_commands:remember',
+        ),
+        CommandEntry(
+            'nearest', MEMORY, "The remembered relations that are most like a scene's.",
+            f'{_CLI}.memory_commands:nearest',
+        ),
+        CommandEntry(
+            'list', MEMORY, 'List the remembered relations.',
+            f'{_CLI}.memory_commands:list_relations',
+        ),
+        CommandEntry(
+            'forget', MEMORY, 'Forget a remembered relation.', f'{_CLI}.memory_commands:forget'
+        ),
+        CommandEntry(
+            'generate', LEARNING, "Generate a synthetic dataset in the paper's folder format.",
+            f'{_CLI}.dataset_commands:generate',
+        ),
+        CommandEntry(
+            'train', LEARNING, 'Train a metric on a dataset; weights and their card are written.',
+            f'{_CLI}.learning_commands:train',
+        ),
+        CommandEntry(
+            'retrieve', LEARNING,
+            'Measure retrieval over the splits of a dataset: 3-of-5 and 5-of-5 nearest scenes.',
+            f'{_CLI}.retrieve_command:retrieve',
+        ),
+        CommandEntry(
+            'generalize', LEARNING,
+            'Measure how relations generalise to other objects, judged by geometry and '
+            'simulation.',
+            f'{_CLI}.generalize_command:generalize',
+        ),
+        CommandEntry(
+            'bench', LEARNING,
+            'Time the steps on this machine: medians and spread after a warm-up.',
+            f'{_CLI}.bench_command:bench',
+        ),
+        CommandEntry(
+            'version', LEARNING,
+            'Show the version of the package and of what it computes with.',
+            f'{_CLI}.version_command:version',
+        ),
+    )  # fmt: skip
+
 
 app = typer.Typer(
     name='relations',
-    cls=ReportingGroup,
+    cls=Relations,
     no_args_is_help=True,
-    rich_markup_mode='markdown',  # help texts show brackets, which Rich's own markup eats
+    rich_markup_mode=MARKUP,
     pretty_exceptions_enable=False,
     context_settings={'help_option_names': ['-h', '--help']},
 )
@@ -38,40 +108,6 @@ def relations(
 
     Exit codes: 0 done, 1 ran but failed, 2 bad input.
     """
-
-
-def version(json_path: JsonOption = None) -> None:
-    """Show the version of the package and of what it computes with."""
-    from spatial_relations_ros.cli.provenance import git_revision, library_versions
-
-    output = Output(json_path)
-    content = {
-        'version': __version__,
-        'git_revision': git_revision(),
-        'libraries': library_versions(),
-    }
-    output.say(f'spatial_relations_ros {__version__}')
-    output.table(('library', 'version'), list(library_versions().items()))
-    output.write_json(content)
-
-
-SCENES, MEMORY = 'Scenes', 'Remembered relations'
-LEARNING = 'Data, training, evaluation'
-app.command(rich_help_panel=SCENES)(imitate)
-app.command(rich_help_panel=SCENES)(embed)
-app.command(rich_help_panel=SCENES)(distance)
-app.command(rich_help_panel=SCENES)(replay)
-app.command(rich_help_panel=MEMORY)(remember)
-app.command(rich_help_panel=MEMORY)(nearest)
-app.command('list', rich_help_panel=MEMORY)(list_relations)
-app.command(rich_help_panel=MEMORY)(forget)
-app.add_typer(objects_app, rich_help_panel=SCENES)
-app.command(rich_help_panel=LEARNING)(generate)
-app.command(rich_help_panel=LEARNING)(train)
-app.command(rich_help_panel=LEARNING)(retrieve)
-app.command(rich_help_panel=LEARNING)(generalize)
-app.command(rich_help_panel=LEARNING)(bench)
-app.command(rich_help_panel=LEARNING)(version)
 
 
 def main() -> None:

@@ -9,21 +9,13 @@ import typer
 from spatial_relations_ros.cli.main import app
 
 PAGE = Path(__file__).resolve().parents[2] / 'docs' / 'cli.md'
-TOP_LEVEL = typer.main.get_command(app).commands
-# Those of groups by both words, such as "objects add".
-COMMANDS = {
-    name: command for name, command in TOP_LEVEL.items() if not hasattr(command, 'commands')
-}
-COMMANDS |= {
-    f'{group} {name}': command
-    for group, parent in TOP_LEVEL.items()
-    for name, command in getattr(parent, 'commands', {}).items()
-}
+RELATIONS = typer.main.get_command(app)
+COMMANDS = RELATIONS.load_all()
 
 
 def test_every_command_is_described():
     headings = ' '.join(re.findall(r'^## (.*)$', PAGE.read_text(), flags=re.MULTILINE))
-    assert set(TOP_LEVEL) <= set(re.split(r'[ ,]+', headings))
+    assert set(RELATIONS.commands) <= set(re.split(r'[ ,]+', headings))
 
 
 def test_every_option_in_the_page_exists():
@@ -43,3 +35,9 @@ def test_every_command_has_json(name):
     options = {option for parameter in COMMANDS[name].params for option in parameter.opts}
     assert '--json' in options
     assert COMMANDS[name].help
+
+
+@pytest.mark.parametrize('entry', RELATIONS.entries, ids=lambda entry: entry.name)
+def test_the_list_of_commands_tells_what_their_help_tells(entry):
+    first_paragraph = entry.load().help.split('\n\n')[0]
+    assert entry.summary == ' '.join(first_paragraph.split())

@@ -1,6 +1,8 @@
 """The command as a process of its own."""
 
 import json
+import os
+import re
 import subprocess
 import sys
 
@@ -11,13 +13,30 @@ HEAVY = (
 )  # fmt: skip
 
 
-def test_loading_the_command_loads_nothing_heavy():
+def modules_loaded_by(*arguments):
+    """The modules that one run of the command imports."""
     code = (
-        'import sys, spatial_relations_ros.cli.main; '
-        f'print([name for name in {HEAVY} if name in sys.modules])'
+        'import sys\n'
+        'from spatial_relations_ros.cli.main import app\n'
+        f'app({list(arguments)!r}, standalone_mode=False)\n'
+        'print(*sys.modules, sep="\\n", file=sys.stderr)'
     )
     done = subprocess.run([sys.executable, '-c', code], capture_output=True, text=True, check=True)
-    assert done.stdout.strip() == '[]'
+    assert 'Usage: ' in done.stdout
+    return set(done.stderr.split())
+
+
+def test_help_loads_no_command_and_nothing_heavy():
+    loaded = modules_loaded_by('--help')
+    assert not loaded & set(HEAVY)
+    assert not {name for name in loaded if re.search(r'cli\.\w+_commands?$', name)}
+
+
+def test_help_of_a_command_loads_that_command_alone():
+    loaded = modules_loaded_by('imitate', '--help')
+    assert not loaded & set(HEAVY)
+    commands = {name for name in loaded if re.search(r'cli\.\w+_commands?$', name)}
+    assert commands == {'spatial_relations_ros.cli.imitate_command'}
 
 
 def test_help_names_every_command():
@@ -61,3 +80,26 @@ def test_errors_reach_the_shell(tmp_path):
     assert done.stdout == ''
     assert done.stderr.startswith('error: ')
     assert 'Traceback' not in done.stderr
+
+
+def completions(words):
+    """What the shell is told at the end of ``words``."""
+    environment = {
+        **os.environ, '_RELATIONS_COMPLETE': 'complete_bash', 'COMP_WORDS': words,
+        'COMP_CWORD': str(len(words.split(' ')) - 1),
+    }  # fmt: skip
+    done = subprocess.run(
+        [sys.executable, '-c', 'from spatial_relations_ros.cli.main import main; main()'],
+        capture_output=True,
+        text=True,
+        check=False,
+        env=environment,
+    )
+    return done.stdout.split()
+
+
+def test_the_shell_completes_commands_options_and_choices():
+    assert completions('relations re') == ['replay', 'remember', 'retrieve']
+    assert completions('relations objects s') == ['show']
+    assert '--reference-poses' in completions('relations imitate --ref')
+    assert completions('relations imitate --movable b') == ['base', 'both']
