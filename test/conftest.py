@@ -5,6 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import torch
+from chromium import reason_to_skip, running_browser
 from manifold3d import Manifold
 
 from spatial_relations_ros.core import Pose, SceneObject, TriangleMesh
@@ -54,3 +55,13 @@ class Solids:
 @pytest.fixture(scope='session')
 def solids():
     return Solids
+
+
+@pytest.fixture(scope='session')
+def browser(tmp_path_factory):
+    """A headless Chromium, once for all tests; they skip where there is none."""
+    reason = reason_to_skip()
+    if reason is not None:
+        pytest.skip(reason)
+    with running_browser(tmp_path_factory.mktemp('browser')) as browser:
+        yield browser

@@ -1,7 +1,13 @@
 import numpy as np
 import pytest
 
-from spatial_relations_ros.core import Pose, SceneObject, TriangleMesh
+from spatial_relations_ros.core import Pose, Scene, SceneObject, TriangleMesh
+from spatial_relations_ros.visualization import (
+    ShownAnswer,
+    ShownCheck,
+    ShownImitation,
+    ShownStep,
+)
 
 
 def box_mesh(size):
@@ -21,3 +27,41 @@ def make_box():
         return SceneObject(object_id, points, pose, mesh=None if as_cloud else mesh)
 
     return make
+
+
+def at(*translation, quat=(1.0, 0.0, 0.0, 0.0)):
+    return Pose(np.array(translation), np.array(quat))
+
+
+def scene(base, relative, target):
+    box = box_mesh((0.1, 0.1, 0.1))
+    cloud = np.random.default_rng(0).random((50, 3)).astype(np.float32) / 10.0
+    return Scene(
+        SceneObject(base, box.vertices, at(0.0, 0.0, 0.05), mesh=box),
+        SceneObject(relative, cloud, target),
+    )
+
+
+@pytest.fixture
+def shown():
+    """Two answers; the best one has a step on the way, the other one no distance."""
+    start = at(0.3, 0.0, 0.0)
+    end = at(0.0, 0.0, 0.1, quat=(np.sqrt(0.5), 0.0, 0.0, np.sqrt(0.5)))
+    base = at(0.0, 0.0, 0.05)
+    return ShownImitation(
+        'cup to tray',
+        scene('plate', 'mug', at(0.0, 0.0, 0.1)),
+        scene('tray', 'cup', start),
+        (
+            ShownAnswer((base, end), 0.25, True, (ShownCheck('distance', '0.25', True),)),
+            ShownAnswer((base, at(0.1, 0.0, 0.1)), float('nan'), False),
+        ),
+        (
+            ShownStep((base, start), 2.0, 0, True),
+            ShownStep((base, at(0.1, 0.0, 0.1)), 1.0, 3, False),
+        ),
+        (2.0, 1.0, float('nan'), 0.25),
+        True,
+        'distance 2 before, 0.25 after',
+        (('time', '1 s'),),
+    )
