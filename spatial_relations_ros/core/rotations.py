@@ -29,27 +29,48 @@ def matrix_from_quat_wxyz(quat_wxyz: FloatArray) -> FloatArray:
 
     In numpy, since poses call it one by one: a call through torch takes ten times longer.
     """
-    w, x, y, z = np.moveaxis(np.asarray(quat_wxyz, dtype=np.float64), -1, 0)
+    quat = np.asarray(quat_wxyz, dtype=np.float64)
+    # Of a single one numbers of Python's own are the fastest.
+    w, x, y, z = quat.tolist() if quat.ndim == 1 else (quat[..., k] for k in range(4))
     entries = [
         [1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - w * z), 2.0 * (x * z + w * y)],
         [2.0 * (x * y + w * z), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z - w * x)],
         [2.0 * (x * z - w * y), 2.0 * (y * z + w * x), 1.0 - 2.0 * (x * x + y * y)],
     ]
-    return np.moveaxis(np.array(entries), (0, 1), (-2, -1))
+    matrices = np.array(entries)
+    return matrices if quat.ndim == 1 else np.moveaxis(matrices, (0, 1), (-2, -1))
 
 
 def quat_wxyz_from_matrix(matrix: FloatArray) -> FloatArray:
-    """Unit quaternions (..., 4), scalar first and not negative, of matrices (..., 3, 3)."""
-    rotation = torch.from_numpy(np.ascontiguousarray(matrix, dtype=np.float64))
-    quat_wxyz = wxyz_from_xyzw(roma.rotmat_to_unitquat(rotation).numpy())
-    return np.where(quat_wxyz[..., :1] < 0.0, -quat_wxyz, quat_wxyz)
+    """Unit quaternion (4,), scalar first and not negative, of a rotation matrix (3, 3).
+
+    The longest row of 4 q q^T, whose entries are linear in the matrix's. In numbers of Python for
+    the same reason as above.
+    """
+    (a, b, c), (d, e, f), (g, h, i) = np.asarray(matrix, dtype=np.float64).tolist()
+    products = (
+        (1.0 + a + e + i, h - f, c - g, d - b),
+        (h - f, 1.0 + a - e - i, b + d, c + g),
+        (c - g, b + d, 1.0 - a + e - i, f + h),
+        (d - b, c + g, f + h, 1.0 - a - e + i),
+    )
+    longest = np.array(products[max(range(4), key=lambda k: products[k][k])])
+    quat_wxyz: FloatArray = longest / np.linalg.norm(longest)
+    return -quat_wxyz if quat_wxyz[0] < 0.0 else quat_wxyz
 
 
 def quat_wxyz_product(first: FloatArray, second: FloatArray) -> FloatArray:
     """Hamilton product (4,) of quaternions (4,), scalar first; the second turns first."""
-    scalar = first[0] * second[0] - first[1:] @ second[1:]
-    vector = first[0] * second[1:] + second[0] * first[1:] + np.cross(first[1:], second[1:])
-    return np.concatenate([[scalar], vector])
+    w, x, y, z = first.tolist()
+    a, b, c, d = second.tolist()
+    return np.array(
+        [
+            w * a - x * b - y * c - z * d,
+            w * b + x * a + y * d - z * c,
+            w * c - x * d + y * a + z * b,
+            w * d + x * c - y * b + z * a,
+        ]
+    )
 
 
 def matrix_from_rotvec(rotvec: FloatArray) -> FloatArray:

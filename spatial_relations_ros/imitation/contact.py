@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import torch
 from numpy.typing import NDArray
 
 from spatial_relations_ros.core import Pose
@@ -42,9 +43,17 @@ class Body:
 
 def overlap(first: Body, second: Body) -> float:
     """Deepest overlap of two bodies at their surface points, metres; 0 without one."""
-    into_second = second.signed_distance(first.world_points)
-    into_first = first.signed_distance(second.world_points)
-    return max(0.0, -float(into_second.min()), -float(into_first.min()))
+    return max(_depth(first.world_points, second), _depth(second.world_points, first))
+
+
+def _depth(world_points: NDArray[np.float64], body: Body) -> float:
+    """How deep the deepest of points (N, 3) is in a body, metres."""
+    shape, local = body.shape, body.pose.inverse().apply(world_points).astype(np.float32)
+    coarse = shape.field.sample(torch.from_numpy(local)).numpy()
+    # Between its nodes the grid is off by less than its spacing: others cannot be the deepest.
+    off = shape.field.spacing
+    deepest = local[coarse < min(off, float(coarse.min()) + 2.0 * off)]
+    return max(0.0, -float(shape.signed_distance(deepest).min())) if len(deepest) else 0.0
 
 
 def reach_through(first: Body, second: Body) -> float:

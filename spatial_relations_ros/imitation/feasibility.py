@@ -32,19 +32,37 @@ class PlacementCheck:
     violations: tuple[str, ...]
 
 
+def overlap_depth(body: Body, other: Body) -> float:
+    """How far two bodies overlap, thin walls that cross included, metres."""
+    depth = overlap(body, other)
+    return depth if depth > MAX_PENETRATION else max(depth, reach_through(body, other))
+
+
 def check_placement(
-    name: str, body: Body, other_name: str, other: Body, table_height: float
+    name: str,
+    body: Body,
+    other_name: str,
+    other: Body,
+    table_height: float,
+    *,
+    depth: float | None = None,
 ) -> PlacementCheck:
     """Checks overlap, table and support of a body beside another one.
 
     Penetration is measured at 2,048 surface points of each body and along the edges of its mesh;
     up to 5 mm are allowed. Of a body with a mesh on another one with a mesh friction must hold
     the weight; with a cloud alone its centre of mass must lie over the hull of its contacts.
+
+    Args:
+        name: of the body, for the words.
+        body: to check.
+        other_name: of the other one.
+        other: what stands beside it.
+        table_height: in the world, metres.
+        depth: :func:`overlap_depth` of both, where it is known already.
     """
     estimate = ' (estimated from a cloud)' if _is_estimate(body, other) else ''
-    depth = overlap(body, other)
-    if depth <= MAX_PENETRATION:  # thin walls may cross all the same
-        depth = max(depth, reach_through(body, other))
+    depth = overlap_depth(body, other) if depth is None else depth
     below = max(table_height - float(body.world_points[:, 2].min()), 0.0)
     violations = []
     if depth > MAX_PENETRATION:

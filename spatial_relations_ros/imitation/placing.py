@@ -10,7 +10,11 @@ import numpy as np
 
 from spatial_relations_ros.core import Pose, Scene
 from spatial_relations_ros.imitation.contact import Body
-from spatial_relations_ros.imitation.feasibility import PlacementCheck, check_placement
+from spatial_relations_ros.imitation.feasibility import (
+    PlacementCheck,
+    check_placement,
+    overlap_depth,
+)
 from spatial_relations_ros.imitation.manipulation import Move, check_obstacles
 from spatial_relations_ros.imitation.manipulation.approach import Approach
 from spatial_relations_ros.imitation.manipulation.moves import MovePlanner
@@ -61,8 +65,9 @@ class Placing:
         moves = self._moves(0, targets[0]), self._moves(1, targets[1])
         plan = self._planner.plan(goal, moves)
         placements, violations = [], []
+        depth = overlap_depth(*goal)
         for k, approach in enumerate(plan.approaches):
-            check = self._check(k, goal)
+            check = self._check(k, goal, depth)
             placement, problems = self._placement(k, goal[k], approach, check)
             placements.append(placement)
             if self.movable[k]:
@@ -88,10 +93,12 @@ class Placing:
             current, metres=_UNMOVED_METRES, angle_rad=_UNMOVED_RAD
         )
 
-    def _check(self, idx: int, goal: tuple[Body, Body]) -> PlacementCheck:
+    def _check(self, idx: int, goal: tuple[Body, Body], depth: float) -> PlacementCheck:
         """Overlap with the other object and the table, support, and overlap with obstacles."""
         name, other_name = self.test.object_ids[idx], self.test.object_ids[1 - idx]
-        check = check_placement(name, goal[idx], other_name, goal[1 - idx], self.table_height)
+        check = check_placement(
+            name, goal[idx], other_name, goal[1 - idx], self.table_height, depth=depth
+        )
         if not self.options.obstacles or not self.movable[idx]:
             return check
         beside = check_obstacles(name, goal[idx], self.options.obstacles)

@@ -120,7 +120,7 @@ class Placed:
 
     def coarse(self) -> Placed:
         """With fewer contact points."""
-        return replace(self, body=self.body.coarse)
+        return Placed(self.body.coarse, self.rotation, self.translation)
 
     def to_object(self, points: FloatArray) -> NDArray[np.float32]:
         """World points (..., 3) in the object's frame."""
@@ -128,13 +128,11 @@ class Placed:
 
     def moved(self, offset: FloatArray) -> Placed:
         """Shifted in the world."""
-        return replace(self, translation=self.translation + offset)
+        return Placed(self.body, self.rotation, self.translation + offset)
 
     def turned(self, rotation: FloatArray) -> Placed:
         """Turned about the world's origin."""
-        return replace(
-            self, rotation=rotation @ self.rotation, translation=rotation @ self.translation
-        )
+        return Placed(self.body, rotation @ self.rotation, rotation @ self.translation)
 
     def on_table(self) -> Placed:
         """Shifted vertically so that the lowest vertex has z = 0."""

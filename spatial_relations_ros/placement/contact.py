@@ -72,14 +72,28 @@ def _may_hit(
     """Which rays cross the target's bounding box (slab test), object frame."""
     half = target.body.model.half_extents + 1e-4
     steps = np.where(np.abs(direction) < 1e-7, 1e-7, direction)
-    near = ((-np.sign(steps) * half - origins) / steps).max(axis=1)
-    far = ((np.sign(steps) * half - origins) / steps).min(axis=1)
+    ends = np.sign(steps) * half
+    # Axis by axis: several times faster than a reduction over rows of three.
+    near = (-ends[0] - origins[:, 0]) / steps[0]
+    far = (ends[0] - origins[:, 0]) / steps[0]
+    for axis in (1, 2):
+        np.maximum(near, (-ends[axis] - origins[:, axis]) / steps[axis], out=near)
+        np.minimum(far, (ends[axis] - origins[:, axis]) / steps[axis], out=far)
     return np.asarray((near <= far) & (far >= 0.0))
 
 
 def clearance(first: Placed, second: Placed) -> float:
     """Smallest signed distance of either body's points to the other; negative in penetration."""
     return min(_clearance(first, second), _clearance(second, first))
+
+
+def is_clear(first: Placed, second: Placed, gap: float) -> bool:
+    """Whether :func:`clearance` is at least a gap >= 0, metres; faster where bodies are apart."""
+    for source, target in ((first, second), (second, first)):
+        near = source.world_points[_is_near(source, target, gap)]
+        if len(near) and float(signed_distance(target, near).min()) < gap:
+            return False
+    return True
 
 
 def _clearance(source: Placed, target: Placed) -> float:
@@ -94,8 +108,11 @@ def _clearance(source: Placed, target: Placed) -> float:
 
 def _is_near(source: Placed, target: Placed, gap: float) -> NDArray[np.bool_]:
     """Which points of the source are within the target's bounding box, widened by a gap."""
-    local = target.to_object(source.world_points)
-    return np.asarray((np.abs(local) < target.body.model.half_extents + gap).all(axis=1))
+    apart = np.abs(target.to_object(source.world_points))
+    reach = target.body.model.half_extents + gap
+    return np.asarray(
+        (apart[:, 0] < reach[0]) & (apart[:, 1] < reach[1]) & (apart[:, 2] < reach[2])
+    )
 
 
 def signed_distance(target: Placed, points: FloatArray) -> NDArray[np.float32]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from spatial_relations_ros.placement.body import FloatArray, Placed
-from spatial_relations_ros.placement.contact import clearance, travel_to_contact
+from spatial_relations_ros.placement.contact import is_clear, travel_to_contact
 from spatial_relations_ros.placement.ray_casting import as_tensor
 from spatial_relations_ros.placement.resting import (
     DOWN,
@@ -140,7 +140,7 @@ def _set_down(
     vertices = placed.world_vertices
     height = float(vertices[:, 2].max() - vertices[:, 2].min())
     placed = placed.moved(np.array([0.0, 0.0, axis[2] - 0.5 * height]))
-    if clearance(fixed, placed) < 2e-4:
+    if not is_clear(fixed, placed, 2e-4):
         return 'does not fit'
     travel = min(travel_to_contact(placed, fixed, DOWN), float(placed.world_vertices[:, 2].min()))
     return placed.moved(DOWN * travel)

@@ -7,7 +7,7 @@ import enum
 import numpy as np
 
 from spatial_relations_ros.placement.body import FloatArray, Placed
-from spatial_relations_ros.placement.contact import clearance, travel_to_contact
+from spatial_relations_ros.placement.contact import is_clear, travel_to_contact
 from spatial_relations_ros.placement.leaning_on import settle_in_rim
 from spatial_relations_ros.placement.rest_poses import rotation_between
 from spatial_relations_ros.placement.resting import (
@@ -98,7 +98,7 @@ def lean_direction(moving: Placed, fixed: Placed) -> FloatArray:
 
 def _beside(moving: Placed, fixed: Placed) -> Placed | None:
     standing = moving.on_table()
-    if clearance(standing, fixed) >= _CLEAR:
+    if is_clear(standing, fixed, _CLEAR):
         return standing
     away = (standing.translation - fixed.translation) * [1.0, 1.0, 0.0]
     length = float(np.linalg.norm(away))
@@ -112,7 +112,7 @@ def _lowered(moving: Placed, fixed: Placed) -> Placed | None:
     raised = moving
     for lift in (0.0, 0.25 * _LIFT, _LIFT):
         raised = moving.moved(UP * lift)
-        if clearance(raised, fixed) >= _CLEAR and raised.world_vertices[:, 2].min() >= 0.0:
+        if raised.world_vertices[:, 2].min() >= 0.0 and is_clear(raised, fixed, _CLEAR):
             travel = travel_to_contact(raised, fixed, DOWN)
             return raised.moved(DOWN * min(travel, float(raised.world_vertices[:, 2].min())))
     return None
