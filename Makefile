@@ -38,7 +38,7 @@ COLCON := MAKEFLAGS=-j$(shell nproc) AMENT_PREFIX_PATH=$(VENV) colcon --log-base
   --event-handlers console_direct- console_cohesion- desktop_notification-
 EXECUTABLES := perception_node metric_node imitate_node relations
 
-.PHONY: help venv build demo test lint types clean
+.PHONY: help venv build demo test lint types docs figures clean
 help:  ## Shows this list
 	@sed -nE 's/^([a-z]+):.*## (.*)/  make \1\t\2/p' Makefile | expand -t 18
 
@@ -58,6 +58,13 @@ lint: $(INSTALLED)  ## Checks style and format
 
 types: $(PACKAGE)  ## Checks types
 	@mypy
+
+docs: $(PACKAGE)  ## Builds the documentation into out/docs; warnings are errors
+	@sphinx-build --fail-on-warning --keep-going --quiet --doctree-dir out/doctrees docs out/docs
+	@echo 'out/docs/index.html'
+
+figures: $(PACKAGE)  ## Draws the documentation's pictures anew
+	@python docs/make_figures.py $(ARGS)
 
 clean:  ## Removes everything that was made here, .venv too
 	rm -rf .venv build install log out .pytest_cache .mypy_cache .ruff_cache .hypothesis
