@@ -23,7 +23,7 @@ from spatial_relations_ros.core.mesh import TriangleMesh
 from spatial_relations_ros.core.pose import Pose
 from spatial_relations_ros.core.relations import Relation
 from spatial_relations_ros.core.scene import CloudSource, Scene, SceneObject
-from spatial_relations_ros.core.share import data_path, share_path
+from spatial_relations_ros.core.share import data_path, executable_path, share_path
 
 __all__ = [
     'BagError',
@@ -50,5 +50,6 @@ __all__ = [
     'WeightsError',
     'atomic_write',
     'data_path',
+    'executable_path',
     'share_path',
 ]

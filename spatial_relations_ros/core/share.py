@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import os
+import shutil
+import sys
 from pathlib import Path
 
 from spatial_relations_ros.core.errors import ConfigError
@@ -29,6 +31,22 @@ def share_path(*parts: str) -> Path:
             return path
     searched = ', '.join(str(candidate) for candidate in candidates[:3])
     raise ConfigError(f'{"/".join(parts)} is not installed; searched {searched}')
+
+
+def executable_path(name: str) -> Path:
+    """The executable that ``ros2 run spatial_relations_ros NAME`` starts.
+
+    Raises:
+        ConfigError: when the package is not installed.
+    """
+    prefixes = [sys.prefix, *os.environ.get('AMENT_PREFIX_PATH', '').split(os.pathsep)]
+    paths = [Path(prefix) / 'lib' / PACKAGE_NAME / name for prefix in prefixes if prefix]
+    on_path = shutil.which(name)
+    for path in [*paths, *([Path(on_path)] if on_path else [])]:
+        if path.is_file():
+            return path
+    searched = ', '.join(str(path.parent) for path in paths)
+    raise ConfigError(f'{name} is not installed; searched {searched}. Run `make build`.')
 
 
 def data_path(*parts: str) -> Path:

@@ -29,6 +29,7 @@ from spatial_relations_ros.nodes.robot_parameters import Robot
 from spatial_relations_ros.nodes.scene_client import SceneClient
 from spatial_relations_ros.nodes.scene_requests import SceneRequests
 from spatial_relations_ros.nodes.standalone import Standalone
+from spatial_relations_ros.ros import qos
 from spatial_relations_ros.ros.imitation_messages import (
     fill_result,
     options_from_request,
@@ -60,6 +61,9 @@ class ImitateNode(RelationsNode):
             goal_callback=lambda _: GoalResponse.ACCEPT,
             cancel_callback=lambda _: CancelResponse.ACCEPT,
             callback_group=self.requests_group,
+            goal_service_qos_profile=qos.REQUESTS,
+            result_service_qos_profile=qos.REQUESTS,
+            cancel_service_qos_profile=qos.REQUESTS,
         )
         self.diagnostics.expect('imitate_relation')
         self.diagnostics.add_state('model', self._host.state)

@@ -4,16 +4,18 @@ from __future__ import annotations
 
 import contextlib
 import os
-import shutil
 import signal
 import subprocess
-import sys
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from types import TracebackType
 
-from spatial_relations_ros.core import SpatialRelationsError, share_path
-from spatial_relations_ros.core.share import PACKAGE_NAME
+from spatial_relations_ros.core import (
+    ConfigError,
+    SpatialRelationsError,
+    executable_path,
+    share_path,
+)
 
 # A node needs 3 s; a busy machine many times that.
 STOP_TIMEOUT_SEC = 60.0
@@ -30,14 +32,10 @@ def find_executable(name: str) -> Path:
     Raises:
         NodeProcessError: when the package is not installed.
     """
-    prefixes = [sys.prefix, *os.environ.get('AMENT_PREFIX_PATH', '').split(os.pathsep)]
-    paths = [Path(prefix) / 'lib' / PACKAGE_NAME / name for prefix in prefixes if prefix]
-    on_path = shutil.which(name)
-    for path in [*paths, *([Path(on_path)] if on_path else [])]:
-        if path.is_file():
-            return path
-    searched = ', '.join(str(path.parent) for path in paths)
-    raise NodeProcessError(f'{name} is not installed; searched {searched}. Run `make build`.')
+    try:
+        return executable_path(name)
+    except ConfigError as error:
+        raise NodeProcessError(str(error)) from error
 
 
 def local_graph(domain_id: int, log_folder: Path) -> dict[str, str]:
@@ -72,6 +70,7 @@ class NodeProcesses:
     def start(
         self, executable: str, *, parameters: Mapping[str, object] | None = None,
         remappings: Mapping[str, str] | None = None, arguments: Sequence[str] = (),
+        name: str = '',
     ) -> subprocess.Popen[bytes]:  # fmt: skip
         """Starts a node.
 
@@ -80,16 +79,18 @@ class NodeProcesses:
             parameters: values as on the command line.
             remappings: from -> to.
             arguments: further ``--ros-args``.
+            name: of the process here, for several of one executable; else the executable's.
 
         Raises:
             NodeProcessError: when it is not installed.
         """
+        name = name or executable
         command = [str(find_executable(executable)), '--ros-args']
-        for name, value in (parameters or {}).items():
-            command += ['-p', f'{name}:={_as_yaml(value)}']
+        for parameter, value in (parameters or {}).items():
+            command += ['-p', f'{parameter}:={_as_yaml(value)}']
         for source, target in (remappings or {}).items():
             command += ['-r', f'{source}:={target}']
-        with open(self.log_path(executable), 'wb') as log:
+        with open(self.log_path(name), 'ab') as log:
             process = subprocess.Popen(
                 [*command, *arguments],
                 stdin=subprocess.DEVNULL,
@@ -99,16 +100,26 @@ class NodeProcesses:
                 # Ctrl-C reaches this process only; it ends the nodes in order.
                 start_new_session=True,
             )
-        self._processes[executable] = process
+        self._processes[name] = process
         return process
 
-    def process(self, executable: str) -> subprocess.Popen[bytes]:
+    def process(self, name: str) -> subprocess.Popen[bytes]:
         """The process of a node that was started."""
-        return self._processes[executable]
+        return self._processes[name]
 
-    def log_path(self, executable: str) -> Path:
-        """What a node printed."""
-        return self._log_folder / f'{executable}.log'
+    def end(self, name: str, number: signal.Signals = signal.SIGINT) -> int:
+        """Ends one node by a signal and waits for it; gives its exit code.
+
+        Raises:
+            subprocess.TimeoutExpired: when the signal does not end it.
+        """
+        process = self._processes.pop(name)
+        _send(process, number)
+        return process.wait(STOP_TIMEOUT_SEC)
+
+    def log_path(self, name: str) -> Path:
+        """What a node printed; when it was started again, all that it printed."""
+        return self._log_folder / f'{name}.log'
 
     def check(self) -> None:
         """Makes sure that all nodes run.

@@ -38,5 +38,7 @@ SCENES = _keep_last(100)
 # Answers stay for whoever comes late, RViz or a planner.
 ANSWERS = _keep_last(1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 DIAGNOSTICS = _keep_last(10)
+# Best effort, as nodes with use_sim_time subscribe.
+CLOCK = _keep_last(1, reliability=ReliabilityPolicy.BEST_EFFORT)
 # A burst longer than the queue would lose requests or answers: their clients would wait for ever.
 REQUESTS = _keep_last(100)

@@ -16,6 +16,7 @@ from spatial_relations_ros.core import ConfigError, SpatialRelationsError
 from spatial_relations_ros.ros import qos as profiles
 from spatial_relations_ros.ros.diagnostics import Diagnostics
 from spatial_relations_ros.ros.parameters import Parameters, ParameterSpec
+from spatial_relations_ros.ros.same_name import SameName
 from spatial_relations_ros.ros.waiting import BusyError
 
 # Of one node, at a time; requests beyond it are answered at once.
@@ -47,6 +48,7 @@ class RelationsNode(Node):
             Node.destroy_node(self)
             raise
         self.diagnostics = Diagnostics(self)
+        self.diagnostics.add_state('name', SameName(self).state)
         # Requests may overlap: each waits on its own thread.
         self.requests_group = ReentrantCallbackGroup()
         self._places = threading.BoundedSemaphore(MAX_WAITING_REQUESTS)

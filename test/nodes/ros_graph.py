@@ -19,11 +19,12 @@ from rclpy.qos import QoSProfile
 
 from spatial_relations_ros.ros.domains import free_domain_id
 from spatial_relations_ros.ros.processes import NodeProcesses, local_graph
-from spatial_relations_ros.ros.waiting import wait_for, wait_until
+from spatial_relations_ros.ros.waiting import NoAnswerError, wait_for, wait_until
 
 # Limits, not waits: a busy machine needs most of a minute to import PyTorch in three processes.
 START_SEC = 150.0
 ANSWER_SEC = 90.0
+RETRY_SEC = 5.0
 
 
 class Graph:
@@ -66,13 +67,32 @@ class Graph:
     ) -> None:
         self.node.create_subscription(kind, topic, callback, qos)
 
-    def call(self, kind: Any, service: str, /, **fields: Any) -> Any:
-        """Calls a service, waiting for it to come up."""
+    def _client(self, kind: Any, service: str) -> Any:
         if service not in self._clients:
             self._clients[service] = self.node.create_client(kind, service)
-        client = self._clients[service]
+        return self._clients[service]
+
+    def call(self, kind: Any, service: str, /, **fields: Any) -> Any:
+        """Calls a service, waiting for it to come up."""
+        client = self._client(kind, service)
         self.wait(client.service_is_ready, f'service {service}', START_SEC)
         return wait_for(client.call_async(kind.Request(**fields)), ANSWER_SEC)
+
+    def call_until_answered(self, kind: Any, service: str, /, **fields: Any) -> Any:
+        """Calls again when no answer comes: a killed node seems to be there for 20 s."""
+        answers: list[Any] = []
+        client = self._client(kind, service)
+
+        def is_answered() -> bool:
+            future = client.call_async(kind.Request(**fields))
+            try:
+                answers.append(wait_for(future, RETRY_SEC))
+            except NoAnswerError:
+                client.remove_pending_request(future)
+            return bool(answers)
+
+        self.wait(is_answered, f'an answer of {service}', START_SEC)
+        return answers[0]
 
     def action(self, kind: Any, name: str) -> ActionClient:
         client = ActionClient(self.node, kind, name)

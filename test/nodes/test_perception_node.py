@@ -12,29 +12,21 @@ import pytest
 import rclpy
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import TransformStamped
-from manifold3d import Manifold
 from rclpy.context import Context
 from rclpy.executors import ExternalShutdownException, MultiThreadedExecutor
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 from sensor_msgs.msg import PointCloud2
+from simulated_table import PLACES, SimulatedTable
 from spatial_relations_msgs.msg import Scene as SceneMsg
-from spatial_relations_msgs.msg import TrackedObject, TrackedObjectArray
+from spatial_relations_msgs.msg import TrackedObjectArray
 from spatial_relations_msgs.srv import GetScene
 from tf2_msgs.msg import TFMessage
 
-from spatial_relations_ros.core import Pose, TriangleMesh
-from spatial_relations_ros.datasets.kinect_simulator import (
-    KinectSimulator,
-    Surface,
-    look_at,
-    table_mesh,
-)
-from spatial_relations_ros.datasets.object_files import save_mesh
 from spatial_relations_ros.nodes.perception_node import PerceptionNode
 from spatial_relations_ros.perception.series import NS_PER_SEC
 from spatial_relations_ros.ros import qos
-from spatial_relations_ros.ros.conversions import cloud_to_msg, header_to_msg, pose_to_msg
+from spatial_relations_ros.ros.conversions import cloud_to_msg, header_to_msg
 from spatial_relations_ros.ros.domains import free_domain_id
 from spatial_relations_ros.ros.waiting import wait_for, wait_until
 
@@ -122,42 +114,16 @@ def test_a_bad_static_transform_does_not_lose_the_others() -> None:
         rig.close()
 
 
-class Table:
-    """Two boxes on a table before a simulated Kinect2, as a sensor and a tracker send them."""
+class Table(SimulatedTable):
+    """Sends itself, a tenth of a second after the last time."""
 
-    def __init__(self, folder: Path) -> None:
-        sizes = {'box': (0.16, 0.12, 0.10), 'post': (0.06, 0.06, 0.20)}
-        self.places = {'box': (0.0, 0.2, 0.05), 'post': (0.1, -0.2, 0.10)}
-        camera_pose = look_at((-0.7, 0.0, 0.8), (0.05, 0.0, 0.0))
-        surfaces = [Surface(table_mesh((0.8, 1.0)))]
-        for object_id, size in sizes.items():
-            solid = Manifold.cube(size, True).to_mesh()
-            mesh = TriangleMesh(solid.vert_properties[:, :3], solid.tri_verts)
-            save_mesh(folder / f'{object_id}.ply', mesh)
-            surfaces.append(Surface(mesh.transformed(Pose(np.array(self.places[object_id])))))
-        simulator = KinectSimulator(surfaces, camera_pose)
-        self.xyz = simulator.xyz(simulator.measure(np.random.default_rng(0)))
-        x, y, z = camera_pose.translation
-        qw, qx, qy, qz = camera_pose.quat_wxyz
-        self.camera_pose = f'{x} {y} {z} {qx} {qy} {qz} {qw}'
-        self.stamp_ns = 1_700_000_000 * NS_PER_SEC
+    stamp_ns = 1_700_000_000 * NS_PER_SEC
 
     def send(self, rig: Rig, shift: tuple[float, float, float] = (0.0, 0.0, 0.0)) -> None:
-        """One cloud and its tracked poses, a tenth of a second after the last ones."""
         self.stamp_ns += NS_PER_SEC // 10
-        message = TrackedObjectArray()
-        for object_id, place in self.places.items():
-            offset = np.array(shift) if object_id == 'post' else 0.0
-            pose = pose_to_msg(Pose(np.array(place) + offset))
-            header = header_to_msg(self.stamp_ns, 'world')
-            message.objects.append(
-                TrackedObject(header=header, object_id=object_id, pose=pose, confidence=1.0)
-            )
-        rig.tracks.publish(message)
-        cloud = cloud_to_msg(self.xyz.reshape(-1, 3), header_to_msg(self.stamp_ns, 'camera'))
-        cloud.height, cloud.width = self.xyz.shape[:2]
-        cloud.row_step = cloud.width * cloud.point_step
-        rig.clouds.publish(cloud)
+        moved = np.array(PLACES['post']) + shift
+        rig.tracks.publish(self.tracks(self.stamp_ns, {'post': moved.tolist()}))
+        rig.clouds.publish(self.cloud(self.stamp_ns))
 
 
 def test_a_tracker_that_loses_its_object_is_refused_with_the_reason(tmp_path: Path) -> None:
