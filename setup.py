@@ -37,6 +37,8 @@ setup(
         'test': ['pytest'],
         # Whether generated scenes stay put in simulation; never in the live path.
         'physics': ['mujoco>=3.2'],
+        # Replays of many bags over several machines.
+        'cluster': ['ray>=2.9'],
     },
     zip_safe=False,
     maintainer='spatial_relations_ros maintainers',
@@ -48,6 +50,7 @@ setup(
             f'perception_node = {PACKAGE_NAME}.nodes.perception_node:main',
             f'metric_node = {PACKAGE_NAME}.nodes.metric_node:main',
             f'imitate_node = {PACKAGE_NAME}.nodes.imitate_node:main',
+            f'play_bag = {PACKAGE_NAME}.nodes.play_bag:main',
             f'relations = {PACKAGE_NAME}.cli.main:main',
         ],
     },

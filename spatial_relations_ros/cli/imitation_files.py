@@ -76,8 +76,12 @@ def shown_imitation(
     steps: Sequence[ShownStep] = (),
     table_height: float | None = None,
     title: str = '',
+    is_timed: bool = True,
 ) -> ShownImitation:
-    """The result as pages and animations take it; distances on the ways there are measured."""
+    """The result as pages and animations take it; distances on the ways there are measured.
+
+    Without ``is_timed`` it is the same each time.
+    """
     from spatial_relations_ros.visualization import ShownImitation
 
     base, relative = test.object_ids
@@ -85,7 +89,7 @@ def shown_imitation(
         ('demonstration', f'{reference.relative.object_id} to {reference.base.object_id}'),
         ('test objects', f'{relative} to {base}'),
         ('distance before', f'{result.initial_distance:.4f}'),
-        ('time', f'{result.duration_sec:.2f} s'),
+        *([('time', f'{result.duration_sec:.2f} s')] if is_timed else []),
         ('optimiser steps', str(result.num_steps)),
         ('weights', metric.model_hash[:12]),
     ]

@@ -2,29 +2,32 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 from rich.markup import escape
 
+from spatial_relations_ros.cli.bag_publishing import publish_bag
 from spatial_relations_ros.cli.error_reports import FAILED
-from spatial_relations_ros.cli.imitation_files import (
-    REPORT_SUFFIXES,
-    check_suffix,
-    shown_imitation,
-)
+from spatial_relations_ros.cli.imitation_files import REPORT_SUFFIXES, check_suffix
 from spatial_relations_ros.cli.options import SeedOption, WeightsOption
 from spatial_relations_ros.cli.output import JsonOption, Output, json_text, progress_bar
+from spatial_relations_ros.cli.replay_output import show_report, show_timing, write_page
 
 if TYPE_CHECKING:
     from spatial_relations_ros.evaluation.bag_reader import BagTopics
-    from spatial_relations_ros.evaluation.replay import ReplayedFrame, ReplayOptions, ReplayReport
-    from spatial_relations_ros.learning import RelationMetric
+    from spatial_relations_ros.evaluation.executors import Executor
+    from spatial_relations_ros.evaluation.replay import ReplayReport
+    from spatial_relations_ros.evaluation.replay_jobs import FailedReplay, OnProgress, ReplayJob
 
 
 def replay(
-    bag: Annotated[Path, typer.Argument(metavar='BAG', help='A rosbag2: mcap or sqlite3.')],
+    bags: Annotated[
+        list[Path], typer.Argument(metavar='BAG...', help='Each a rosbag2: mcap or sqlite3.')
+    ],
     reference: Annotated[
         tuple[str, str] | None,
         typer.Option(
@@ -52,6 +55,19 @@ def replay(
         list[int] | None,
         typer.Option('--frame', min=0, help='Imitate in this frame; repeat for more.'),
     ] = None,
+    times: Annotated[
+        list[float] | None,
+        typer.Option(
+            '--at', metavar='SECONDS', min=0.0,
+            help='Imitate this long after the first cloud; repeat for more.',
+        ),
+    ] = None,
+    demonstrations: Annotated[
+        bool,
+        typer.Option(
+            '--demonstrations', help='Imitate each relation that holds still for a second, once.'
+        ),
+    ] = False,
     world_frame: Annotated[str, typer.Option('--world-frame', help='Frame of results.')] = 'world',
     points_topic: Annotated[
         str | None,
@@ -63,6 +79,16 @@ def replay(
     ] = None,
     weights: WeightsOption = None,
     seed: SeedOption = 0,
+    jobs: Annotated[
+        int, typer.Option('--jobs', min=1, help='Bags at once, each in a process of its own.')
+    ] = 1,
+    cluster: Annotated[
+        str | None,
+        typer.Option(
+            '--cluster', metavar='ADDRESS', show_default=False,
+            help='Work on the Ray cluster there: auto, host:port or local.',
+        ),
+    ] = None,
     timing: Annotated[
         Path | None,
         typer.Option(
@@ -77,42 +103,65 @@ def replay(
         Path | None,
         typer.Option(
             '--report', metavar='HTML', show_default=False,
-            help='Write a page to look at: each imitation in 3-D.',
+            help='Write a page to look at: curves, pictures, each imitation in 3-D.',
         ),
     ] = None,
+    publish: Annotated[
+        bool,
+        typer.Option('--publish', help='Publish the bag into the ROS graph instead; needs ROS.'),
+    ] = False,
+    rate: Annotated[
+        float, typer.Option('--rate', min=0.01, help='With --publish: times faster.')
+    ] = 1.0,
+    loop: Annotated[
+        bool, typer.Option('--loop', help='With --publish: start again at the end.')
+    ] = False,
+    clock: Annotated[
+        bool, typer.Option('--clock', help='With --publish: the recorded time on /clock.')
+    ] = False,
     json_path: JsonOption = None,
 ) -> None:  # fmt: skip
-    """Replay a bag through perception, and imitate what it shows.
+    """Replay bags through perception, and imitate what they show.
 
-    The JSON and CSV files are byte-identical for the same input; wall times go to --timing.
-    Exit code 1 when no imitation succeeded.
+    The files but that of --timing are byte-identical for the same input.
+    Exit code 1 when no imitation succeeded, or one of several bags could not be replayed.
     """
-    from spatial_relations_ros.evaluation.replay import ReplayOptions
-    from spatial_relations_ros.evaluation.replay_report import report_content, report_csv
+    if publish:
+        raise typer.Exit(publish_bag(bags, rate=rate, loop=loop, clock=clock))
+    from spatial_relations_ros.evaluation.replay import ReplayOptions, ReplayReport
+    from spatial_relations_ros.evaluation.replay_jobs import ReplayJob
+    from spatial_relations_ros.evaluation.replay_report import (
+        report_content,
+        report_csv,
+        reports_content,
+    )
     from spatial_relations_ros.imitation import ImitationOptions
+    from spatial_relations_ros.learning import load_metric
 
     output = Output(json_path)
     check_suffix(page, '--report', REPORT_SUFFIXES)
-    from spatial_relations_ros.learning import load_metric
-
     metric = None if reference is None else load_metric(weights)
     options = ReplayOptions(
         reference_ids=reference,
         test_ids=test,
         every=every,
         frame_idxs=tuple(frames or ()),
+        at_sec=tuple(times or ()),
+        demonstrations=demonstrations,
         imitation=ImitationOptions(seed=seed),
     )
     topics = _topics(points_topic, tracked_topics or [])
-    report = _run(bag, options, topics, models, world_frame, metric)
-    _show(output, report)
-    output.write_json(report_content(report))
-    _write(csv, report_csv(report))
-    _write(timing, json_text(_timing(output, report)))
-    if page is not None:
-        _write_page(output, page, report, metric, options)
-    wanted = reference is not None
-    if wanted and not any(f.imitation is not None and f.imitation.success for f in report.frames):
+    todo = [ReplayJob(bag, options, topics, models, world_frame, weights) for bag in bags]
+    replays = _run(todo, _executor(jobs, cluster))
+    reports = [replay for replay in replays if isinstance(replay, ReplayReport)]
+    _show(output, replays)
+    output.write_json(report_content(reports[0]) if len(bags) == 1 else reports_content(replays))
+    _write(csv, report_csv(*reports))
+    if timing is not None:
+        _write(timing, json_text(show_timing(output, reports)))
+    if page is not None and reports:
+        write_page(output, page, reports, metric)
+    if len(reports) < len(bags) or (reference is not None and not _has_success(reports)):
         raise typer.Exit(FAILED)
 
 
@@ -126,118 +175,70 @@ def _topics(points_topic: str | None, tracked_topics: list[str]) -> BagTopics | 
     return BagTopics(points_topic, tuple(tracked_topics))
 
 
-def _run(
-    bag: Path,
-    options: ReplayOptions,
-    topics: BagTopics | None,
-    models: Path | None,
-    world_frame: str,
-    metric: RelationMetric | None,
-) -> ReplayReport:
-    from spatial_relations_ros.evaluation.bag_reader import BagReader
-    from spatial_relations_ros.evaluation.replay import replay_bag
-    from spatial_relations_ros.pipeline import LibraryModels, PerceptionConfig, Pipeline
-
-    pipeline = Pipeline(
-        PerceptionConfig(world_frame=world_frame),
-        None if models is None else LibraryModels(models),
+def _executor(num_jobs: int, cluster: str | None) -> Executor:
+    from spatial_relations_ros.evaluation.executors import (
+        ProcessExecutor,
+        RayExecutor,
+        SerialExecutor,
     )
-    with BagReader(bag, topics) as reader:
-        num_clouds = reader.contents[reader.topics().points][1]
-    with progress_bar('frames') as advance:
 
-        def on_frame(frame: ReplayedFrame) -> None:
-            advance(frame.frame_idx + 1, num_clouds)
-
-        return replay_bag(bag, pipeline, metric, options, topics=topics, on_frame=on_frame)
+    if cluster is not None:
+        if num_jobs > 1:
+            raise typer.BadParameter('--jobs and --cluster do not go together')
+        return RayExecutor(cluster)
+    return SerialExecutor() if num_jobs == 1 else ProcessExecutor(num_jobs)
 
 
-def _write_page(
-    output: Output,
-    path: Path,
-    report: ReplayReport,
-    metric: RelationMetric | None,
-    options: ReplayOptions,
-) -> None:
-    """A page of all imitations whose four objects the frame shows."""
-    from spatial_relations_ros.visualization import write_report
+def _run(todo: Sequence[ReplayJob], executor: Executor) -> list[ReplayReport | FailedReplay]:
+    """Replays all; a single bag that cannot be replayed raises its error."""
+    from spatial_relations_ros.evaluation.executors import SerialExecutor
+    from spatial_relations_ros.evaluation.replay_jobs import FailedReplay, run_jobs
 
-    shown = []
-    for frame in report.frames:
-        if frame.imitation is None or metric is None:
-            continue
-        ids = (*(options.reference_ids or ()), *(options.test_ids or ()))
-        if not set(ids) <= set(frame.result.objects):
-            continue
-        reference, test = frame.result.scene(*ids[:2]), frame.result.scene(*ids[2:])
-        shown.append(
-            shown_imitation(
-                metric, reference, test, frame.imitation,
-                table_height=frame.result.table_height, title=f'frame {frame.frame_idx}',
-            )
-        )  # fmt: skip
-    if not shown:
-        output.say('no imitation was made: there is nothing to report')
-        return
-    write_report(path, shown, title=f'{ids[3]} to {ids[2]} as {ids[1]} to {ids[0]}')
-    output.say(f'report: [bold]{escape(str(path))}[/]')
+    replays: list[ReplayReport | FailedReplay] = []
+    is_here = isinstance(executor, SerialExecutor)
+    with _progress(len(todo), is_here=is_here) as (on_frame, on_bag):
+        for replayed in run_jobs(todo, executor, on_frame if is_here else None):
+            replays.append(replayed)
+            on_bag(len(replays), len(todo))
+    if len(todo) == 1 and isinstance(replays[0], FailedReplay):
+        raise replays[0].error
+    return replays
 
 
-def _show(output: Output, report: ReplayReport) -> None:
-    from spatial_relations_ros.evaluation.replay_report import summary
+@contextmanager
+def _progress(num_bags: int, *, is_here: bool) -> Iterator[tuple[OnProgress, OnProgress]]:
+    """A bar of frames where they can be counted, with the number of bags behind it."""
+    with progress_bar('frames' if is_here else 'bags') as advance:
+        done = 0
 
-    rows: list[tuple[object, ...]] = []
-    for frame in report.frames:
-        if frame.imitation is None:
-            continue
-        best = frame.imitation.answers[0] if frame.imitation.answers else None
-        rows.append(
-            (
-                frame.frame_idx,
-                float(frame.imitation.initial_distance),
-                '' if best is None else f'{best.distance:.4f}',
-                '' if best is None else ('yes' if best.feasible else 'no'),
-                frame.imitation.message,
-            )
-        )
-    if rows:
-        output.table(('frame', 'distance before', 'after', 'feasible', 'outcome'), rows)
-    counts = summary(report)
-    output.say(
-        f'{counts["num_frames"]} frames, {counts["num_problems"]} unusable, '
-        f'{counts["num_dropped"]} messages dropped, {counts["num_successes"]} of '
-        f'{counts["num_imitations"]} imitations succeeded'
+        def on_frame(frame: int, total: int) -> None:
+            advance(frame, total, f'bag {done + 1} of {num_bags}' if num_bags > 1 else '')
+
+        def on_bag(bag: int, total: int) -> None:
+            nonlocal done
+            done = bag
+            if not is_here:
+                advance(bag, total)
+
+        yield on_frame, on_bag
+
+
+def _show(output: Output, replays: Sequence[ReplayReport | FailedReplay]) -> None:
+    from spatial_relations_ros.evaluation.replay import ReplayReport
+
+    for replayed in replays:
+        if isinstance(replayed, ReplayReport):
+            show_report(output, replayed)
+        else:
+            output.say(f'[red]{escape(replayed.bag_name)}: {escape(str(replayed.error))}[/]')
+
+
+def _has_success(reports: Sequence[ReplayReport]) -> bool:
+    return any(
+        frame.imitation is not None and frame.imitation.success
+        for report in reports
+        for frame in report.frames
     )
-    for reason in _reasons(report):
-        output.say(f'  {reason}')
-
-
-def _reasons(report: ReplayReport) -> list[str]:
-    """Why frames and messages could not be used, each reason once with its count."""
-    counts: dict[str, int] = {}
-    for frame in report.frames:
-        for reason in filter(None, [frame.result.problem or frame.reason]):
-            counts[reason] = counts.get(reason, 0) + 1
-    for item in report.dropped:
-        reason = f'{item.topic}: {item.reason}'
-        counts[reason] = counts.get(reason, 0) + 1
-    ranked = sorted(counts.items(), key=lambda entry: (-entry[1], entry[0]))
-    return [f'{count} x {reason}' for reason, count in ranked[:10]]
-
-
-def _timing(output: Output, report: ReplayReport) -> dict[str, Any]:
-    from spatial_relations_ros.evaluation.replay_report import timing_content
-
-    timing = timing_content(report)
-    output.table(
-        ('step', 'runs', 'median ms', 'p90 ms'),
-        [
-            (step, entry['num'], 1e3 * entry['median'], 1e3 * entry['p90'])
-            for step, entry in timing.items()
-            if entry['num']
-        ],
-    )
-    return timing
 
 
 def _write(path: Path | None, text: str) -> None:

@@ -13,6 +13,8 @@ from typing import Any
 from rclpy.node import Node
 from rclpy.publisher import Publisher
 from rclpy.qos import QoSProfile
+from rclpy.time import Time
+from rosgraph_msgs.msg import Clock
 
 from spatial_relations_ros.evaluation.bag_reader import BagReader
 from spatial_relations_ros.evaluation.bag_types import POINT_CLOUD
@@ -21,6 +23,7 @@ from spatial_relations_ros.ros import qos
 from spatial_relations_ros.ros.waiting import NoAnswerError, wait_until
 
 CDR_HEADER_BYTES = 4
+CLOCK_PERIOD_SEC = 0.025
 
 
 def message_class(msgtype: str) -> Any:
@@ -42,21 +45,35 @@ class BagPlayer:
     Args:
         node: publishes; it need not be spun.
         path: the bag.
+        rate: how many times faster than recorded.
+        has_clock: publish the recorded times on /clock, for nodes with ``use_sim_time``.
+
+    Attributes:
+        contents: topic -> its type and number of messages.
+        left_out: topics whose message package is not here -> that type.
 
     Raises:
         BagError: when the bag is missing, damaged or empty.
     """
 
-    def __init__(self, node: Node, path: Path) -> None:
-        self._path = path
+    def __init__(
+        self, node: Node, path: Path, *, rate: float = 1.0, has_clock: bool = False
+    ) -> None:
+        self._path, self._rate = path, rate
         self._stop = threading.Event()
+        self._clock = node.create_publisher(Clock, '/clock', qos.CLOCK) if has_clock else None
         with BagReader(path) as reader:
             self.contents = reader.contents
             self.duration_sec = reader.duration_ns / 1e9
-        self._publishers: dict[str, Publisher] = {
-            topic: node.create_publisher(message_class(msgtype), topic, _qos_of(topic, msgtype))
-            for topic, (msgtype, _) in self.contents.items()
-        }
+        self.left_out: dict[str, str] = {}
+        self._publishers: dict[str, Publisher] = {}
+        for topic, (msgtype, _) in self.contents.items():
+            try:
+                kind = message_class(msgtype)
+            except (ImportError, AttributeError):
+                self.left_out[topic] = msgtype
+                continue
+            self._publishers[topic] = node.create_publisher(kind, topic, _qos_of(topic, msgtype))
 
     def wait_for_subscribers(self, topics: list[str], timeout_sec: float) -> None:
         """Waits until somebody listens to each of the topics.
@@ -76,7 +93,7 @@ class BagPlayer:
             raise NoAnswerError(f'nobody subscribes to {", ".join(sorted(silent))}')
 
     def play(self, after_cloud: Callable[[int], None] | None = None) -> int:
-        """Publishes everything once with the recorded timing, or slower where it is late.
+        """Publishes everything once with the timing of ``rate``, or slower where it is late.
 
         What is late delays all that follows: messages never come in bursts that were none.
 
@@ -91,8 +108,10 @@ class BagPlayer:
         with BagReader(self._path) as reader:
             begin_sec = time.monotonic()
             for message in reader.raw():
-                offset_sec = (message.time_ns - reader.start_ns) / 1e9
-                if self._stop.wait(max(0.0, begin_sec + offset_sec - time.monotonic())):
+                if message.topic in self.left_out:
+                    continue
+                offset_sec = (message.time_ns - reader.start_ns) / 1e9 / self._rate
+                if not self._wait_until(begin_sec + offset_sec, message.time_ns):
                     break
                 self._publishers[message.topic].publish(message.data)
                 num_published += 1
@@ -100,6 +119,24 @@ class BagPlayer:
                     after_cloud(stamp_of_cdr(message.data))
                 begin_sec = max(begin_sec, time.monotonic() - offset_sec)
         return num_published
+
+    def _wait_until(self, due_sec: float, time_ns: int) -> bool:
+        """Waits for a message's time, with /clock going on; False when it is to stop."""
+        while True:
+            left_sec = max(0.0, due_sec - time.monotonic())
+            if self._clock is not None:
+                now_ns = time_ns - round(left_sec * self._rate * NS_PER_SEC)
+                self._clock.publish(Clock(clock=Time(nanoseconds=now_ns).to_msg()))
+                left_sec = min(left_sec, CLOCK_PERIOD_SEC)
+            if self._stop.wait(left_sec):
+                return False
+            if time.monotonic() >= due_sec:
+                return True
+
+    @property
+    def is_stopped(self) -> bool:
+        """Whether ``stop`` was called."""
+        return self._stop.is_set()
 
     def stop(self) -> None:
         """Ends ``play`` early; callable from another thread."""

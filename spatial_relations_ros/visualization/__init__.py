@@ -19,7 +19,11 @@ from spatial_relations_ros.visualization.palette import (
 )
 from spatial_relations_ros.visualization.projections import draw_projections
 from spatial_relations_ros.visualization.rendering import render_scene
-from spatial_relations_ros.visualization.report import report_html, write_report
+from spatial_relations_ros.visualization.report import (
+    ReportSection,
+    report_html,
+    write_report,
+)
 from spatial_relations_ros.visualization.sheets import before_after, contact_sheet
 from spatial_relations_ros.visualization.shown_imitation import (
     ShownAnswer,
@@ -30,18 +34,22 @@ from spatial_relations_ros.visualization.shown_imitation import (
     straight_way,
     way_to,
 )
+from spatial_relations_ros.visualization.timelines import Curve, Timeline, draw_timelines
 
 __all__ = [
     'BASE_COLOUR',
     'Camera',
+    'Curve',
     'Image',
     'OBJECT_COLOURS',
     'RELATIVE_COLOUR',
+    'ReportSection',
     'ShownAnswer',
     'ShownCheck',
     'ShownImitation',
     'ShownScene',
     'ShownStep',
+    'Timeline',
     'animate_imitation',
     'before_after',
     'contact_sheet',
@@ -51,6 +59,7 @@ __all__ = [
     'draw_gradients',
     'draw_neighbour_sheet',
     'draw_projections',
+    'draw_timelines',
     'frame_objects',
     'frame_points',
     'pose_between',

@@ -14,6 +14,23 @@ Image = NDArray[np.uint8]
 """A picture (H, W, 3), RGB in sRGB, 0 to 255."""
 
 
+def png_bytes(image: Image) -> bytes:
+    """A picture as PNG.
+
+    Args:
+        image: (H, W, 3) uint8 RGB.
+
+    Raises:
+        ConfigError: for an array that is no picture.
+    """
+    if image.dtype != np.uint8 or image.ndim != 3 or image.shape[2] != 3 or image.size == 0:
+        raise ConfigError(f'a picture is (H, W, 3) uint8, got {image.shape} {image.dtype}')
+    encoded, data = cv2.imencode('.png', np.ascontiguousarray(image[..., ::-1]))
+    if not encoded:
+        raise ConfigError(f'the picture {image.shape} cannot be encoded as PNG')
+    return bytes(data.tobytes())
+
+
 def write_image(path: Path | str, image: Image) -> Path:
     """Writes a picture as PNG; a crash never leaves half of one.
 
@@ -30,13 +47,9 @@ def write_image(path: Path | str, image: Image) -> Path:
     path = Path(path)
     if path.suffix.lower() != '.png':
         raise ConfigError(f'pictures are written as .png, got {path.name!r}')
-    if image.dtype != np.uint8 or image.ndim != 3 or image.shape[2] != 3 or image.size == 0:
-        raise ConfigError(f'a picture is (H, W, 3) uint8, got {image.shape} {image.dtype}')
-    encoded, data = cv2.imencode('.png', np.ascontiguousarray(image[..., ::-1]))
-    if not encoded:
-        raise ConfigError(f'the picture {image.shape} cannot be encoded as PNG')
+    data = png_bytes(image)
     with atomic_write(path) as temporary:
-        temporary.write_bytes(data.tobytes())
+        temporary.write_bytes(data)
     return path
 
 

@@ -1,0 +1,67 @@
+"""play_bag: publishes a bag into the graph, as ``relations replay --publish`` starts it."""
+
+from __future__ import annotations
+
+import argparse
+import signal
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+import rclpy
+from rclpy.executors import ExternalShutdownException
+from rclpy.node import Node
+from rclpy.utilities import remove_ros_args
+
+from spatial_relations_ros.core import SpatialRelationsError
+from spatial_relations_ros.nodes.bag_player import BagPlayer
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Plays a bag; gives the exit code: 0 at its end or after Ctrl-C, 2 when it cannot be read."""
+    arguments = sys.argv if arguments is None else list(arguments)
+    options = _parser().parse_args(remove_ros_args(arguments)[1:])
+    rclpy.init(args=list(arguments))
+    node = Node('bag_player')
+    try:
+        return _play(node, options)
+    except (KeyboardInterrupt, ExternalShutdownException):
+        return 0
+    except SpatialRelationsError as error:
+        print(f'error: {error}', file=sys.stderr)
+        return 2
+    finally:
+        signal.signal(signal.SIGINT, signal.SIG_IGN)
+        node.destroy_node()
+        rclpy.try_shutdown()
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(prog='play_bag', description=__doc__)
+    parser.add_argument('bag', type=Path)
+    parser.add_argument('--rate', type=float, default=1.0, help='times faster than recorded')
+    parser.add_argument('--loop', action='store_true', help='start again at the end')
+    parser.add_argument('--clock', action='store_true', help='publish the recorded time on /clock')
+    parser.add_argument(
+        '--wait', type=float, default=0.0, help='for subscribers of all topics at most, seconds'
+    )
+    return parser
+
+
+def _play(node: Node, options: argparse.Namespace) -> int:
+    player = BagPlayer(node, options.bag, rate=options.rate, has_clock=options.clock)
+    for topic, msgtype in player.left_out.items():
+        print(f'left out: {topic}, there is no {msgtype} here', file=sys.stderr)
+    signal.signal(signal.SIGTERM, lambda *_: player.stop())
+    played = sorted(set(player.contents) - set(player.left_out))
+    if options.wait:
+        player.wait_for_subscribers(played, options.wait)
+    while True:
+        num_published = player.play()
+        print(f'{num_published} messages on {", ".join(played)}', flush=True)
+        if not options.loop or player.is_stopped:
+            return 0
+
+
+if __name__ == '__main__':
+    sys.exit(main())
