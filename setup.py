@@ -21,6 +21,7 @@ setup(
     package_data={
         PACKAGE_NAME: ['py.typed'],
         f'{PACKAGE_NAME}.visualization.report': ['*.html', '*.css', '*.js'],
+        f'{PACKAGE_NAME}.nodes.panel': ['static/*'],
     },
     data_files=[
         ('share/ament_index/resource_index/packages', [f'resource/{PACKAGE_NAME}']),
@@ -39,6 +40,10 @@ setup(
         'physics': ['mujoco>=3.2'],
         # Replays of many bags over several machines.
         'cluster': ['ray>=2.9'],
+        # The page that panel_node serves.
+        'panel': ['aiohttp>=3.9'],
+        # Recordings for Rerun; needs numpy 2.
+        'viz': ['rerun-sdk>=0.41,<0.42'],
     },
     zip_safe=False,
     maintainer='spatial_relations_ros maintainers',
@@ -51,6 +56,7 @@ setup(
             f'metric_node = {PACKAGE_NAME}.nodes.metric_node:main',
             f'imitate_node = {PACKAGE_NAME}.nodes.imitate_node:main',
             f'play_bag = {PACKAGE_NAME}.nodes.play_bag:main',
+            f'panel_node = {PACKAGE_NAME}.nodes.panel_node:main',
             f'relations = {PACKAGE_NAME}.cli.main:main',
         ],
     },

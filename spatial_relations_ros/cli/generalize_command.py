@@ -7,13 +7,15 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
+from rich.markup import escape
 
 from spatial_relations_ros.cli.error_reports import FAILED
+from spatial_relations_ros.cli.imitation_files import REPORT_SUFFIXES, check_suffix
 from spatial_relations_ros.cli.options import SeedOption, WeightsOption
 from spatial_relations_ros.cli.output import JsonOption, Output, progress_bar
 
 if TYPE_CHECKING:
-    from spatial_relations_ros.evaluation.generalization.cases import Experiment
+    from spatial_relations_ros.evaluation.generalization.cases import Case, Experiment
     from spatial_relations_ros.evaluation.generalization.outcome import Outcome
     from spatial_relations_ros.evaluation.generalization.running import Job, Runner
 
@@ -86,6 +88,13 @@ def generalize(
             help='Write sheets of all cases: demonstration, before, after; failures first.',
         ),
     ] = None,
+    page: Annotated[
+        Path | None,
+        typer.Option(
+            '--report', metavar='HTML', show_default=False,
+            help='Write a page to look at: up to forty cases in 3-D, failures first.',
+        ),
+    ] = None,
     seed: SeedOption = 0,
     json_path: JsonOption = None,
 ) -> None:  # fmt: skip
@@ -106,6 +115,7 @@ def generalize(
     from spatial_relations_ros.evaluation.generalization.variants import Weights, check_variants
 
     output = Output(json_path)
+    check_suffix(page, '--report', REPORT_SUFFIXES)
     names = check_variants([name.strip() for name in variants.split(',') if name.strip()])
     if physics:
         require_simulation()
@@ -120,6 +130,8 @@ def generalize(
         with progress_bar('imitations') as advance:
             outcomes = runner.run(todo, advance)
         paths = _draw(pictures, runner, todo, outcomes) if pictures is not None else []
+    if page is not None:
+        _write_page(output, page, cases, todo, outcomes)
     content = _report(experiments, outcomes)
     _say(output, content, paper_weights)
     if markdown is not None:
@@ -147,6 +159,18 @@ def generalize(
     )
     if not any(outcome.is_right for outcome in outcomes if outcome.variant == names[0]):
         raise typer.Exit(FAILED)
+
+
+def _write_page(
+    output: Output, path: Path, cases: Sequence[Case], jobs: Sequence[Job],
+    outcomes: Sequence[Outcome],
+) -> None:  # fmt: skip
+    from spatial_relations_ros.evaluation.generalization.page import shown_outcomes
+    from spatial_relations_ros.visualization import write_report
+
+    places = [(idx, outcome) for (_, idx), outcome in zip(jobs, outcomes, strict=True)]
+    write_report(path, shown_outcomes(cases, places), title='Generalisation')
+    output.say(f'report: [bold]{escape(str(path))}[/]')
 
 
 def _report(experiments: Sequence[Experiment], outcomes: Sequence[Outcome]) -> dict[str, Any]:

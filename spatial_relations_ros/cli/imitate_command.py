@@ -13,7 +13,6 @@ from spatial_relations_ros.cli.error_reports import FAILED
 from spatial_relations_ros.cli.imitation_files import (
     ANIMATION_SUFFIXES,
     REPORT_SUFFIXES,
-    StepRecorder,
     check_suffix,
     shown_imitation,
     write_shown,
@@ -36,6 +35,7 @@ from spatial_relations_ros.cli.options import (
 )
 from spatial_relations_ros.cli.output import JsonOption, Output, progress_bar
 from spatial_relations_ros.cli.pose_files import ROLES
+from spatial_relations_ros.cli.recording import RerunOption, check_recording, record_shown
 from spatial_relations_ros.cli.robot_options import (
     ApproachOption,
     GraspOption,
@@ -46,10 +46,12 @@ from spatial_relations_ros.cli.robot_options import (
     robot_options,
 )
 from spatial_relations_ros.cli.scene_sources import SceneSource
+from spatial_relations_ros.cli.showing import show_imitation
 from spatial_relations_ros.cli.simulation import require_mujoco, simulated_answers
 
 if TYPE_CHECKING:
     from spatial_relations_ros.core import Scene
+    from spatial_relations_ros.evaluation.recorded_steps import StepRecorder
     from spatial_relations_ros.imitation import (
         ImitationOptions,
         ImitationProgress,
@@ -147,6 +149,10 @@ def imitate(
             help='Write the way to the best answer as .gif, .webp or .mp4.',
         ),
     ] = None,
+    recording: RerunOption = None,
+    show: Annotated[
+        bool, typer.Option('--show', help='Show a picture: in a window, else in the terminal.')
+    ] = False,
     json_path: JsonOption = None,
 ) -> None:  # fmt: skip
     """Imitate the relation of the reference objects with the test objects.
@@ -161,6 +167,7 @@ def imitate(
     output = Output(json_path)
     check_suffix(report, '--report', REPORT_SUFFIXES)
     check_suffix(animation, '--animation', ANIMATION_SUFFIXES)
+    check_recording(recording)
     reference_scene = SceneSource(
         'reference', reference, data, reference_base, reference_relative, reference_poses,
         remembered, memory, objects,
@@ -188,6 +195,8 @@ def imitate(
     if physics:
         require_mujoco()
     metric = load_metric(weights, gradient=gradient)
+    from spatial_relations_ros.evaluation.recorded_steps import StepRecorder
+
     recorder = StepRecorder()
     result = _run(metric, reference_scene, test_scene, options, recorder)
     _show(output, result, test_scene)
@@ -203,12 +212,16 @@ def imitate(
     if out is not None:
         _write_folder(out, metric, reference_scene, test_scene, result, table_height)
         output.say(f'pictures and result.json in [bold]{out}[/]')
-    if report is not None or animation is not None:
+    if report is not None or animation is not None or recording is not None:
         shown = shown_imitation(
             metric, reference_scene, test_scene, result,
             steps=recorder.steps, table_height=table_height,
         )  # fmt: skip
         write_shown(output, shown, report, animation)
+        if recording is not None:
+            record_shown(output, recording, shown, metric)
+    if show:
+        show_imitation(output, reference_scene, test_scene, result, table_height)
     if not result.success:
         raise typer.Exit(FAILED)
 
@@ -283,7 +296,12 @@ def _write_folder(
 ) -> None:
     from spatial_relations_ros.cli.output import json_text
     from spatial_relations_ros.core import atomic_write
-    from spatial_relations_ros.visualization import write_imitation_pictures
+    from spatial_relations_ros.visualization import (
+        answer_sheet,
+        draw_projection_gradients,
+        write_image,
+        write_imitation_pictures,
+    )
 
     write_imitation_pictures(
         folder,
@@ -294,5 +312,18 @@ def _write_folder(
         distance_history=result.distance_history,
         table_height=table_height,
     )
+    found = metric.projection_gradients(reference, test)
+    gradients = draw_projection_gradients(
+        found.images, found.by_images, found.descent, object_ids=test.object_ids
+    )
+    write_image(folder / 'test_before_gradients.png', gradients)
+    if len(result.answers) > 1:
+        captions = [
+            f'answer {idx}: {answer.distance:.3f}{"" if answer.feasible else ", not feasible"}'
+            for idx, answer in enumerate(result.answers, start=1)
+        ]
+        scenes = [answer.scene(test) for answer in result.answers]
+        sheet = answer_sheet(test, scenes, captions, table_height=table_height)
+        write_image(folder / 'answers.png', sheet)
     with atomic_write(folder / 'result.json') as temporary:
         temporary.write_text(json_text(result_entry(result)))

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -17,7 +16,6 @@ if TYPE_CHECKING:
     from spatial_relations_ros.core import Pose, Scene
     from spatial_relations_ros.imitation import (
         ImitationAnswer,
-        ImitationProgress,
         ImitationResult,
         ObjectPlacement,
     )
@@ -31,28 +29,7 @@ if TYPE_CHECKING:
 
 REPORT_SUFFIXES = ('.html', '.htm')
 ANIMATION_SUFFIXES = ('.gif', '.webp', '.mp4')
-MAX_STEPS = 400
 NUM_MOMENTS = 13
-
-
-@dataclass
-class StepRecorder:
-    """Keeps how the best answer changed while an imitation ran."""
-
-    steps: list[ShownStep] = field(default_factory=list)
-
-    def record(self, progress: ImitationProgress) -> None:
-        """Takes one report of progress; the same poses are kept once."""
-        from spatial_relations_ros.visualization import ShownStep
-
-        base, relative = progress.best.placements
-        poses = base.target, relative.target
-        if self.steps and self.steps[-1].poses == poses:
-            return
-        if len(self.steps) < MAX_STEPS:
-            self.steps.append(
-                ShownStep(poses, float(progress.distance), progress.step, progress.feasible)
-            )
 
 
 def check_suffix(path: Path | None, option: str, suffixes: tuple[str, ...]) -> None:

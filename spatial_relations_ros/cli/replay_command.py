@@ -15,6 +15,7 @@ from spatial_relations_ros.cli.error_reports import FAILED
 from spatial_relations_ros.cli.imitation_files import REPORT_SUFFIXES, check_suffix
 from spatial_relations_ros.cli.options import SeedOption, WeightsOption
 from spatial_relations_ros.cli.output import JsonOption, Output, json_text, progress_bar
+from spatial_relations_ros.cli.recording import RerunOption, check_recording, record_reports
 from spatial_relations_ros.cli.replay_output import show_report, show_timing, write_page
 
 if TYPE_CHECKING:
@@ -119,6 +120,7 @@ def replay(
     clock: Annotated[
         bool, typer.Option('--clock', help='With --publish: the recorded time on /clock.')
     ] = False,
+    recording: RerunOption = None,
     json_path: JsonOption = None,
 ) -> None:  # fmt: skip
     """Replay bags through perception, and imitate what they show.
@@ -140,6 +142,7 @@ def replay(
 
     output = Output(json_path)
     check_suffix(page, '--report', REPORT_SUFFIXES)
+    check_recording(recording)
     metric = None if reference is None else load_metric(weights)
     options = ReplayOptions(
         reference_ids=reference,
@@ -161,6 +164,8 @@ def replay(
         _write(timing, json_text(show_timing(output, reports)))
     if page is not None and reports:
         write_page(output, page, reports, metric)
+    if recording is not None and reports:
+        record_reports(output, recording, reports, metric)
     if len(reports) < len(bags) or (reference is not None and not _has_success(reports)):
         raise typer.Exit(FAILED)
 

@@ -19,7 +19,7 @@ from spatial_relations_ros.learning.calibration import Calibration
 from spatial_relations_ros.learning.card import ModelCard
 from spatial_relations_ros.learning.encoders import EMBEDDING_DIM, Encoder
 from spatial_relations_ros.learning.losses import euclidean_distance
-from spatial_relations_ros.projection import project, resample_points
+from spatial_relations_ros.projection import image_arrows, project, resample_points
 
 BATCH_SIZE = 64
 
@@ -44,6 +44,22 @@ class Comparison:
     def is_novel(self) -> tuple[bool, bool]:
         """Whether each scene is unlike everything that the metric was trained with."""
         return self.novelty[0] > 1.0, self.novelty[1] > 1.0
+
+
+@dataclass(frozen=True, eq=False)
+class ProjectionGradients:
+    """The gradients of a distance at a scene's six images.
+
+    Attributes:
+        images: (3, 2, S, S) of the scene: planes top, front, side; base, relative.
+        by_images: (3, 2, S, S) of the distance by the images' values.
+        descent: (3, 2, S, S, 2) where the points of each pixel would go to lower the distance:
+            minus the gradient by points, summed a pixel, along columns and rows.
+    """
+
+    images: NDArray[np.float32]
+    by_images: NDArray[np.float32]
+    descent: NDArray[np.float32]
 
 
 class RelationMetric:
@@ -163,6 +179,20 @@ class RelationMetric:
         if self.calibration is None:
             return np.full(np.shape(embeddings)[:-1], math.nan)
         return self.calibration.novelty(embeddings)
+
+    def projection_gradients(self, reference: Scene, test: Scene) -> ProjectionGradients:
+        """How the distance to the reference changes with the test scene's images and points."""
+        goal = torch.from_numpy(self.embed_scenes([reference]))[0]
+        points = torch.from_numpy(self.scene_points(test))[None].requires_grad_(True)
+        images = project(points, self.encoder.projection)
+        embedding = self._network(images)[0]
+        by_images, by_points = torch.autograd.grad(
+            euclidean_distance(embedding, goal), (images, points)
+        )
+        descent = image_arrows(points.detach(), -by_points, self.encoder.projection)
+        return ProjectionGradients(
+            images[0].detach().numpy(), by_images[0].numpy(), descent[0].numpy()
+        )
 
     def projections(self, scene: Scene) -> NDArray[np.float32]:
         """The network's input (3, 2, S, S): planes top, front, side; base, relative."""

@@ -1,4 +1,15 @@
-"""Pictures of scenes, projections and curves; no ROS, no display, no GPU."""
+"""Pictures of scenes, projections and curves; no ROS, no display, no GPU.
+
+- Scenes: ``render_scene``, ``before_after``, ``answer_sheet``, ``contact_sheet``; ``Camera`` and
+  ``frame_objects`` say from where, ``write_image`` and ``terminal_picture`` where to.
+- What the network sees: ``draw_projections``, ``draw_projection_gradients``.
+- An imitation (``ShownImitation``): ``write_imitation_pictures``, ``animate_imitation`` with
+  ``write_animation``, ``write_report``; with Rerun ``recordings`` and ``recorded_imitation``.
+- Measurements: ``draw_distance_curve``, ``draw_embedding_map``, ``draw_confusion``,
+  ``draw_neighbour_sheet``.
+
+All pictures are (H, W, 3) uint8 RGB arrays; lengths are metres, base is blue, relative is orange.
+"""
 
 from spatial_relations_ros.visualization.animations import animate_imitation, write_animation
 from spatial_relations_ros.visualization.camera import Camera, frame_objects, frame_points
@@ -17,6 +28,7 @@ from spatial_relations_ros.visualization.palette import (
     OBJECT_COLOURS,
     RELATIVE_COLOUR,
 )
+from spatial_relations_ros.visualization.projection_gradients import draw_projection_gradients
 from spatial_relations_ros.visualization.projections import draw_projections
 from spatial_relations_ros.visualization.rendering import render_scene
 from spatial_relations_ros.visualization.report import (
@@ -24,7 +36,7 @@ from spatial_relations_ros.visualization.report import (
     report_html,
     write_report,
 )
-from spatial_relations_ros.visualization.sheets import before_after, contact_sheet
+from spatial_relations_ros.visualization.sheets import answer_sheet, before_after, contact_sheet
 from spatial_relations_ros.visualization.shown_imitation import (
     ShownAnswer,
     ShownCheck,
@@ -34,6 +46,7 @@ from spatial_relations_ros.visualization.shown_imitation import (
     straight_way,
     way_to,
 )
+from spatial_relations_ros.visualization.terminal import terminal_picture
 from spatial_relations_ros.visualization.timelines import Curve, Timeline, draw_timelines
 
 __all__ = [
@@ -51,6 +64,7 @@ __all__ = [
     'ShownStep',
     'Timeline',
     'animate_imitation',
+    'answer_sheet',
     'before_after',
     'contact_sheet',
     'draw_confusion',
@@ -58,6 +72,7 @@ __all__ = [
     'draw_embedding_map',
     'draw_gradients',
     'draw_neighbour_sheet',
+    'draw_projection_gradients',
     'draw_projections',
     'draw_timelines',
     'frame_objects',
@@ -67,6 +82,7 @@ __all__ = [
     'render_scene',
     'report_html',
     'straight_way',
+    'terminal_picture',
     'way_to',
     'write_animation',
     'write_image',

@@ -89,22 +89,42 @@ def draw_projections(
     Raises:
         ConfigError: for another shape.
     """
+    images = checked_images(images)
+    layout = projection_layout(images.shape[-1], cell)
+    picture = projection_grid(layout, _coloured(images), object_ids)
+    ramp = np.linspace(NEAREST, FARTHEST, 256, dtype=np.float32)
+    draw_scale(picture, layout, _coloured(ramp), ('near', 'depth', 'far'))
+    return picture
+
+
+def checked_images(images: NDArray[np.floating]) -> NDArray[np.float32]:
+    """The images as float32.
+
+    Raises:
+        ConfigError: when their shape is not (3, 2, S, S).
+    """
     images = np.asarray(images, dtype=np.float32)
     if images.ndim != 4 or images.shape[:2] != (3, 2) or images.shape[2] != images.shape[3]:
         raise ConfigError(f'projections have the shape (3, 2, S, S), got {images.shape}')
-    layout = projection_layout(images.shape[-1], cell)
+    return images
+
+
+def projection_grid(
+    layout: ProjectionLayout, coloured: NDArray[np.uint8], object_ids: Sequence[str] = ()
+) -> Image:
+    """Six pictures (3, 2, S, S, 3) with titles; their rows grow upwards in the world."""
     picture = np.empty(layout.shape, dtype=np.uint8)
     picture[:] = as_bytes(PAPER)
     for plane_idx in range(3):
         for channel_idx in range(2):
             row, column = layout.corner(plane_idx, channel_idx)
-            coloured = _coloured(images[plane_idx, channel_idx, ::-1])
             _frame(picture, row, column, layout.cell, layout.cell)
             picture[row : row + layout.cell, column : column + layout.cell] = cv2.resize(
-                coloured, (layout.cell, layout.cell), interpolation=cv2.INTER_NEAREST
+                np.ascontiguousarray(coloured[plane_idx, channel_idx, ::-1]),
+                (layout.cell, layout.cell),
+                interpolation=cv2.INTER_NEAREST,
             )
     _titles(picture, layout, object_ids)
-    _scale(picture, layout)
     return picture
 
 
@@ -152,14 +172,16 @@ def _titles(picture: Image, layout: ProjectionLayout, object_ids: Sequence[str])
         picture[row : row + layout.cell, : banner.shape[0]] = np.rot90(banner)
 
 
-def _scale(picture: Image, layout: ProjectionLayout) -> None:
-    """The depth scale at the right edge, near at the top."""
+def draw_scale(
+    picture: Image, layout: ProjectionLayout, ramp: NDArray[np.uint8], words: tuple[str, str, str]
+) -> None:
+    """A scale of colours (K, 3) at the right edge, the first at the top, with three words."""
     row, column = layout.corner(2, 0)
     height = 2 * layout.cell + layout.gap
     column += layout.cell + 22
-    ramp = np.linspace(NEAREST, FARTHEST, height, dtype=np.float32)[:, None]
     _frame(picture, row, column, height, 16)
-    picture[row : row + height, column : column + 16] = _coloured(ramp)
-    for share, text in ((0.0, 'near'), (0.5, 'depth'), (1.0, 'far')):
+    rows = np.linspace(0, len(ramp) - 1, height).round().astype(int)
+    picture[row : row + height, column : column + 16] = ramp[rows][:, None]
+    for share, text in zip((0.0, 0.5, 1.0), words, strict=True):
         place = row + np.clip(share * height, 7, height - 7)
         letter(picture, text, (column + 23, place), size=13, colour=FADED_INK)

@@ -28,6 +28,7 @@ def render_scene(
     camera: Camera | None = None,
     table_height: float | None = None,
     colours: Sequence[Rgb] = OBJECT_COLOURS,
+    ghost_colours: Sequence[Rgb] | None = None,
     width: int = 800,
     height: int = 600,
 ) -> Image:
@@ -42,6 +43,7 @@ def render_scene(
             pictures that are to be compared.
         table_height: world z of the table; the lowest point of the objects by default.
         colours: by position in ``objects``; repeated when there are more objects.
+        ghost_colours: of each of ``ghosts``, instead of those above.
         width: pixels, when no camera is given.
         height: pixels, when no camera is given.
 
@@ -64,17 +66,16 @@ def render_scene(
     solid = np.concatenate([outline_points(item) for item in (objects or everything)])
     lowest = float(solid[:, 2].min()) if table_height is None else table_height
     by_id = {item.object_id: colours[idx % len(colours)] for idx, item in enumerate(objects)}
+    if ghost_colours is None:
+        ghost_colours = [
+            by_id.get(item.object_id, colours[idx % len(colours)])
+            for idx, item in enumerate(ghosts)
+        ]
     renderer = Renderer(
         camera,
         Table.below(points, lowest),
         Sun.beside_camera(camera.world_from_camera.rotation),
         Layer.of(objects, [by_id[item.object_id] for item in objects]),
-        Layer.of(
-            ghosts,
-            [
-                by_id.get(item.object_id, colours[idx % len(colours)])
-                for idx, item in enumerate(ghosts)
-            ],
-        ),
+        Layer.of(ghosts, ghost_colours),
     )
     return renderer.picture(points)

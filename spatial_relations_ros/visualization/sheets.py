@@ -137,6 +137,48 @@ def before_after(
     return np.concatenate([sheet, legend, np.full_like(legend[:GAP], 255)])
 
 
+def answer_sheet(
+    before: Scene,
+    answers: Sequence[Scene],
+    captions: Sequence[str],
+    *,
+    table_height: float | None = None,
+    width: int = 420,
+    height: int = 320,
+) -> Image:
+    """All answers beside each other, seen by one camera; where objects stood they are ghosts.
+
+    Args:
+        before: the test scene as it stood.
+        answers: the test scene with the objects at each answer's targets, at least one.
+        captions: one an answer.
+        table_height: world z of the table; the lowest point before by default.
+        width: of each picture, pixels.
+        height: of each picture, pixels.
+
+    Returns:
+        (H, W, 3) uint8 RGB.
+
+    Raises:
+        ConfigError: without answers, or with another number of captions.
+    """
+    camera = frame_objects(
+        [before.objects, *(scene.objects for scene in answers)], width=width, height=height
+    )
+    if table_height is None:
+        table_height = min(float(outline_points(item)[:, 2].min()) for item in before.objects)
+    pictures = [
+        render_scene(
+            scene.objects,
+            ghosts=moved_objects(before, scene),
+            camera=camera,
+            table_height=table_height,
+        )
+        for scene in answers
+    ]
+    return contact_sheet(pictures, captions)
+
+
 def moved_objects(before: Scene, after: Scene) -> tuple[SceneObject, ...]:
     """The objects of ``before`` that stand elsewhere in ``after``."""
     return tuple(

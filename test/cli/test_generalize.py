@@ -21,7 +21,7 @@ def test_the_same_seed_gives_the_same_json(relations, data, weights, tmp_path):
         result = relations(
             'generalize', data, *SMALL, '--no-physics', '--weights', weights,
             '--json', tmp_path / f'{name}.json', '--markdown', tmp_path / f'{name}.md',
-            '--pictures', tmp_path / name,
+            '--pictures', tmp_path / name, '--report', tmp_path / f'{name}.html',
         )  # fmt: skip
         assert result.exit_code in (0, 1), result.output
         content = json.loads((tmp_path / f'{name}.json').read_text())
@@ -44,6 +44,16 @@ def test_the_same_seed_gives_the_same_json(relations, data, weights, tmp_path):
     assert content['simulated'] is False
     (experiment,) = content['experiments']
     assert set(experiment['references'].values()) == {'on_top', 'next_to'}
+    shown = re.search(
+        r'type="application/json">(.*?)</script>', (tmp_path / 'first.html').read_text()
+    )
+    assert shown is not None
+    entries = {f'known {entry["case"]}, {entry["variant"]}, ': entry for entry in content['cases']}
+    for case in json.loads(shown[1])['cases']:
+        (entry,) = (entry for start, entry in entries.items() if case['title'].startswith(start))
+        assert case['success'] == (entry['imitated'] and entry['feasible'])
+        ends = case['answers'][0]['way'][-1]['poses']
+        assert ends[1][:3] == pytest.approx(entry['poses']['relative']['t'], abs=1e-5)
     text = (tmp_path / 'first.md').read_text()
     assert re.search(r'^\| known \| no-gradient \| \d of 2 \|', text, flags=re.MULTILINE)
 

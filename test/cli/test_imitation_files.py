@@ -67,3 +67,34 @@ def test_a_replay_is_reported_frame_by_frame(relations, weights, tmp_path):
     (case,) = json.loads(found[1])['cases']
     assert case['title'] == 'frame 5'
     assert [item['id'] for item in case['test']['objects']] == ['tray', 'mug']
+
+
+def test_all_pictures_lie_in_the_folder_and_the_overview_is_shown(
+    relations, scene_files, weights, tmp_path, monkeypatch
+):
+    monkeypatch.delenv('DISPLAY', raising=False)
+    monkeypatch.delenv('WAYLAND_DISPLAY', raising=False)
+    monkeypatch.setenv('TMPDIR', str(tmp_path))
+    monkeypatch.setattr('tempfile.tempdir', None)
+    result = imitate(relations, scene_files, weights, '--out', tmp_path / 'out', '--show')
+    names = {path.name for path in (tmp_path / 'out').iterdir()}
+    assert {'overview.png', 'answers.png', 'test_before_gradients.png', 'result.json'} <= names
+    shown = re.search(r'picture:\s+(\S+overview\.png)', result.output.replace('\n', ''))
+    assert shown is not None, result.output
+    assert list(tmp_path.glob('relations-*/overview.png'))
+
+
+def test_a_recording_holds_the_imitation(relations, scene_files, weights, tmp_path):
+    rerun = pytest.importorskip('rerun', reason='needs rerun-sdk (extra viz)')
+    path = tmp_path / 'out.rrd'
+    imitate(relations, scene_files, weights, '--rerun', path)
+    chunks = rerun.chunk.RrdReader(str(path)).stream().to_chunks()
+    entities = {chunk.entity_path for chunk in chunks}
+    assert {'/test/can', '/reference/cup', '/distance', '/projections/test'} <= entities
+
+
+def test_a_recording_that_cannot_be_written_is_refused_before_the_work(
+    relations, scene_files, weights, tmp_path
+):
+    result = imitate(relations, scene_files, weights, '--rerun', tmp_path / 'out.mp4')
+    assert result.exit_code == 2

@@ -45,15 +45,16 @@ def _case(shown: ShownImitation, store: ModelStore) -> dict[str, Any]:
         'title': shown.title,
         'success': shown.success,
         'message': shown.message,
-        'reference': _scene(shown.reference, lowest_point(shown.reference), store),
-        'test': _scene(shown.before, shown.table, store),
+        'reference': scene_content(shown.reference, lowest_point(shown.reference), store),
+        'test': scene_content(shown.before, shown.table, store),
         'answers': [_answer(shown, idx, answer) for idx, answer in enumerate(shown.answers)],
         'history': [_number(value) for value in shown.history],
         'facts': [list(fact) for fact in shown.facts],
     }
 
 
-def _scene(scene: Scene, table: float, store: ModelStore) -> dict[str, Any]:
+def scene_content(scene: Scene, table: float, store: ModelStore) -> dict[str, Any]:
+    """A scene: ``table`` (world z) and ``objects`` with ``role``, ``id``, ``model``, ``pose``."""
     return {
         'table': round(table, 6),
         'objects': [
@@ -61,7 +62,7 @@ def _scene(scene: Scene, table: float, store: ModelStore) -> dict[str, Any]:
                 'role': role,
                 'id': item.object_id,
                 'model': store.add(item),
-                'pose': _pose(item.world_from_object),
+                'pose': pose_content(item.world_from_object),
             }
             for role, item in zip(ROLES, scene.objects, strict=True)
         ],
@@ -82,14 +83,15 @@ def _answer(shown: ShownImitation, idx: int, answer: ShownAnswer) -> dict[str, A
 
 def _step(step: ShownStep) -> dict[str, Any]:
     return {
-        'poses': [_pose(pose) for pose in step.poses],
+        'poses': [pose_content(pose) for pose in step.poses],
         'distance': _number(step.distance),
         'step': step.step,
         'feasible': step.feasible,
     }
 
 
-def _pose(pose: Pose) -> list[float]:
+def pose_content(pose: Pose) -> list[float]:
+    """A pose as [x, y, z, qw, qx, qy, qz]."""
     return [round(float(value), 6) for value in (*pose.translation, *pose.quat_wxyz)]
 
 

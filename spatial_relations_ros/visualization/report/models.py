@@ -7,10 +7,10 @@ import hashlib
 from typing import Any
 
 import numpy as np
-import open3d as o3d
 from numpy.typing import NDArray
 
-from spatial_relations_ros.core import SceneObject, TriangleMesh
+from spatial_relations_ros.core import SceneObject
+from spatial_relations_ros.visualization.simplification import simplified_mesh
 
 MAX_POINTS = 8000
 
@@ -49,26 +49,10 @@ class ModelStore:
         if item.mesh is None:
             stride = max(1, -(-len(item.points) // MAX_POINTS))
             return _positions(item.points[::stride])
-        mesh = _simplified(item.mesh, self._num_triangles)
+        mesh = simplified_mesh(item.mesh, self._num_triangles)
         wide = len(mesh.vertices) > _LEVELS
         indices = mesh.triangles.astype('<u4' if wide else '<u2')
         return {**_positions(mesh.vertices), 'triangles': _base64(indices), 'wide': wide}
-
-
-def _simplified(mesh: TriangleMesh, num_triangles: int) -> TriangleMesh:
-    if len(mesh.triangles) <= num_triangles:
-        return mesh
-    legacy = o3d.geometry.TriangleMesh(
-        o3d.utility.Vector3dVector(mesh.vertices.astype(np.float64)),
-        o3d.utility.Vector3iVector(np.array(mesh.triangles)),
-    )
-    simple = legacy.simplify_quadric_decimation(num_triangles)
-    if len(simple.triangles) == 0:
-        return mesh
-    return TriangleMesh(
-        np.asarray(simple.vertices, dtype=np.float32),
-        np.asarray(simple.triangles, dtype=np.int32),
-    )
 
 
 def _positions(points: NDArray[np.float32]) -> dict[str, Any]:

@@ -67,11 +67,11 @@ def report_html(
     """
     if not (imitations or sections) or not all(shown.answers for shown in imitations):
         raise ConfigError('a report needs at least one imitation with an answer')
-    template = _part('template.html').replace('@SECTIONS@', sections_html(sections))
+    template = page_part('template.html').replace('@SECTIONS@', sections_html(sections))
     if not imitations:
         template = _IMITATIONS.sub('', template)
-    style = _part('report.css')
-    script = '\n'.join(_part(name) for name in _SCRIPTS)
+    style = page_part('report.css')
+    script = '\n'.join(page_part(name) for name in _SCRIPTS)
     for num_triangles in (8000, 4000, 2000, 1000, 500):
         content = report_content(imitations, title=title, num_triangles=num_triangles)
         # "</script>" within a string would end the element.
@@ -90,5 +90,6 @@ def report_html(
     )
 
 
-def _part(name: str) -> str:
+def page_part(name: str) -> str:
+    """The text of a part of the page, ``viewer.js`` for instance, for other pages to use."""
     return resources.files(__package__).joinpath(name).read_text(encoding='utf-8')

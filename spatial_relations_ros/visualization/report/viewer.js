@@ -101,6 +101,7 @@ class Viewer {
     this.meshes = new Map();
     this.square = this.upload({ positions: new Float32Array([-1, -1, 0, 1, -1, 0, 1, 1, 0, -1, -1, 0, 1, 1, 0, -1, 1, 0]), normals: new Float32Array(18) });
     this.onTurn = () => {};
+    this.onDraw = () => {};
     this.listen();
     new ResizeObserver(() => this.draw()).observe(canvas);
   }
@@ -129,18 +130,36 @@ class Viewer {
     const gl = this.gl;
     const array = gl.createVertexArray();
     gl.bindVertexArray(array);
-    [surface.positions, surface.normals].forEach((values, idx) => {
-      gl.bindBuffer(gl.ARRAY_BUFFER, gl.createBuffer());
+    const buffers = [surface.positions, surface.normals].map((values, idx) => {
+      const buffer = gl.createBuffer();
+      gl.bindBuffer(gl.ARRAY_BUFFER, buffer);
       gl.bufferData(gl.ARRAY_BUFFER, values, gl.STATIC_DRAW);
       gl.enableVertexAttribArray(idx);
       gl.vertexAttribPointer(idx, 3, gl.FLOAT, false, 0, 0);
+      return buffer;
     });
-    return { array, count: surface.positions.length / 3, isCloud: surface.isCloud };
+    return { array, buffers, count: surface.positions.length / 3, isCloud: surface.isCloud };
   }
 
   mesh(key, surface) {
     if (!this.meshes.has(key)) this.meshes.set(key, this.upload(surface));
     return this.meshes.get(key);
+  }
+
+  // Frees all meshes but those of these keys.
+  keep(keys) {
+    for (const [key, mesh] of this.meshes) {
+      if (keys.has(key)) continue;
+      this.gl.deleteVertexArray(mesh.array);
+      mesh.buffers.forEach((buffer) => this.gl.deleteBuffer(buffer));
+      this.meshes.delete(key);
+    }
+  }
+
+  // Where a point of the world was drawn last, CSS pixels from the canvas's upper left corner.
+  place(point) {
+    const [x, y, , w] = [0, 1, 2, 3].map((row) => point.reduce((sum, value, axis) => sum + this.projection[4 * axis + row] * value, this.projection[12 + row]));
+    return [(x / w + 1) / 2 * this.canvas.clientWidth, (1 - y / w) / 2 * this.canvas.clientHeight];
   }
 
   // Frames boxes of points once; turning does not change what is framed.
@@ -231,6 +250,7 @@ class Viewer {
       .map((value, axis) => camera.target[axis] + away * value);
     const far = away + 8 * camera.radius;
     const projection = multiply(perspective(fieldOfView, aspect, 0.02 * away, far), lookAt(eye, camera.target));
+    this.projection = projection;
     const light = normalized([Math.cos(azimuth + 0.9) * 0.55, Math.sin(azimuth + 0.9) * 0.55, 1]);
     gl.useProgram(this.program);
     gl.uniformMatrix4fv(uniforms.projection, false, projection);
@@ -276,6 +296,7 @@ class Viewer {
       paint(item, matrixOfPose(item.pose), 0);
     }
     gl.depthMask(true);
+    this.onDraw();
   }
 }
 
