@@ -36,7 +36,7 @@ REQUIREMENTS := requirements.txt requirements-ros.txt requirements-dev.txt const
 COLCON := MAKEFLAGS=-j$(shell nproc) AMENT_PREFIX_PATH=$(VENV) colcon --log-base $(VENV)/colcon/log build \
   --build-base $(VENV)/colcon/build --install-base $(VENV) --merge-install \
   --event-handlers console_direct- console_cohesion- desktop_notification-
-EXECUTABLES := perception_node metric_node imitate_node play_bag relations
+EXECUTABLES := perception_node metric_node imitate_node panel_node play_bag relations
 
 .PHONY: help venv build demo test lint types docs figures clean
 help:  ## Shows this list

@@ -1,8 +1,9 @@
-"""The three nodes on a live camera: ros2 launch spatial_relations_ros live.launch.py."""
+"""The nodes on a live camera: ros2 launch spatial_relations_ros live.launch.py panel:=true."""
 
 from pathlib import Path
 
 from launch.actions import DeclareLaunchArgument, SetEnvironmentVariable
+from launch.conditions import IfCondition
 from launch.substitutions import LaunchConfiguration
 from launch_ros.actions import Node
 
@@ -15,7 +16,7 @@ def generate_launch_description() -> LaunchDescription:
     models_path = LaunchConfiguration('models_path')
     namespace = LaunchConfiguration('namespace')
     arguments = [
-        DeclareLaunchArgument('namespace', default_value='', description='Of all three nodes'),
+        DeclareLaunchArgument('namespace', default_value='', description='Of all nodes'),
         DeclareLaunchArgument(
             'points', default_value='/kinect2/qhd/points', description='PointCloud2 topic'
         ),
@@ -29,6 +30,13 @@ def generate_launch_description() -> LaunchDescription:
         ),
         DeclareLaunchArgument(
             'weights', default_value='', description='Weights file; empty: those shipped'
+        ),
+        DeclareLaunchArgument(
+            'panel', default_value='false', description='Serve a page at panel_port; needs aiohttp'
+        ),
+        DeclareLaunchArgument('panel_port', default_value='8765'),
+        DeclareLaunchArgument(
+            'rviz', default_value='false', description='Show all in RViz; needs rviz2'
         ),
     ]
     world_frame = {'world_frame': LaunchConfiguration('world_frame')}
@@ -71,8 +79,27 @@ def generate_launch_description() -> LaunchDescription:
             {'models_path': models_path, 'standalone': 'false'},
         ],
     )
+    panel = Node(
+        package='spatial_relations_ros',
+        executable='panel_node',
+        name='panel_node',
+        namespace=namespace,
+        output='screen',
+        parameters=[
+            str(config / 'panel_node.yaml'),
+            world_frame,
+            {'models_path': models_path, 'port': LaunchConfiguration('panel_port')},
+        ],
+        condition=IfCondition(LaunchConfiguration('panel')),
+    )
+    rviz = Node(
+        package='rviz2',
+        executable='rviz2',
+        arguments=['-d', str(config / 'relations.rviz')],
+        condition=IfCondition(LaunchConfiguration('rviz')),
+    )
     # Shared memory that holds a few Kinect clouds; the default one loses most of them.
     profile = SetEnvironmentVariable(
         'FASTRTPS_DEFAULT_PROFILES_FILE', str(config / 'fastdds_large_clouds.xml')
     )
-    return LaunchDescription([*arguments, profile, perception, metric, imitate])
+    return LaunchDescription([*arguments, profile, perception, metric, imitate, panel, rviz])

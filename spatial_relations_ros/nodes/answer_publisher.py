@@ -11,12 +11,12 @@ from visualization_msgs.msg import MarkerArray
 from spatial_relations_ros.core import Scene
 from spatial_relations_ros.imitation import ImitationResult
 from spatial_relations_ros.ros.conversions import header_to_msg, pose_stamped
+from spatial_relations_ros.ros.imitation_markers import imitation_markers
 from spatial_relations_ros.ros.imitation_messages import (
     answer_to_msg,
     plan_to_msg,
     targets_to_pose_array,
 )
-from spatial_relations_ros.ros.markers import object_markers
 from spatial_relations_ros.ros.qos import ANSWERS
 from spatial_relations_ros.ros.relations_node import RelationsNode
 
@@ -46,7 +46,7 @@ class AnswerPublisher:
         self._moves = node.create_publisher(MovePlan, '~/moves', ANSWERS)
         self._targets: dict[str, object] = {}
 
-    def publish(self, result: ImitationResult, test: Scene) -> None:
+    def publish(self, result: ImitationResult, reference: Scene, test: Scene) -> None:
         """Publishes the best answer.
 
         ``~/imitation`` and ``~/markers`` carry it whatever it is; target poses go out when the
@@ -57,8 +57,7 @@ class AnswerPublisher:
         best = result.answers[0]
         header = header_to_msg(test.stamp_ns, test.frame_id)
         self._imitation.publish(answer_to_msg(best, header))
-        placed = best.scene(test).objects
-        self._markers.publish(object_markers(placed, header, namespace='targets', alpha=0.6))
+        self._markers.publish(imitation_markers(best, reference, test, header))
         is_wanted = result.success or self._node.parameters.flag('publish_infeasible')
         if result.cancelled or not is_wanted:
             return

@@ -13,6 +13,7 @@ from spatial_relations_msgs.action import ImitateRelation
 from spatial_relations_msgs.srv import Imitate
 
 from spatial_relations_ros.core import ImitationError, Scene
+from spatial_relations_ros.evaluation.recorded_steps import StepRecorder, shown_as_it_ran
 from spatial_relations_ros.imitation import (
     ImitationOptions,
     ImitationProgress,
@@ -25,6 +26,7 @@ from spatial_relations_ros.nodes.imitate_parameters import (
     default_options,
 )
 from spatial_relations_ros.nodes.model_host import ModelHost
+from spatial_relations_ros.nodes.node_recording import NodeRecording
 from spatial_relations_ros.nodes.robot_parameters import Robot
 from spatial_relations_ros.nodes.scene_client import SceneClient
 from spatial_relations_ros.nodes.scene_requests import SceneRequests
@@ -37,6 +39,7 @@ from spatial_relations_ros.ros.imitation_messages import (
 )
 from spatial_relations_ros.ros.relations_node import RelationsNode
 from spatial_relations_ros.ros.running import run_node
+from spatial_relations_ros.visualization.recorded_imitation import record_imitation
 
 FEEDBACK_PERIOD_SEC = 0.05
 POLL_SEC = 0.05
@@ -47,6 +50,11 @@ class ImitateNode(RelationsNode):
 
     def __init__(self, **node_arguments: Any) -> None:
         super().__init__('imitate_node', IMITATE_PARAMETERS, **node_arguments)
+        try:
+            self._recording = NodeRecording(self)
+        except Exception:  # half a node must not stay in the graph
+            super().destroy_node()
+            raise
         self._host = ModelHost.of_parameters(self.parameters)
         scenes = SceneClient(self)
         self._requests = SceneRequests(self, scenes)
@@ -73,6 +81,7 @@ class ImitateNode(RelationsNode):
     def close(self) -> None:
         """Ends the worker and what runs on it."""
         self._host.worker.close()
+        self._recording.close()
 
     def destroy_node(self) -> None:
         """Destroys the action server first."""
@@ -122,9 +131,11 @@ class ImitateNode(RelationsNode):
         test = seen.scene
         defaults = default_options(self.parameters, seen.table_height)
         options = self._robot.options(options_from_request(request, test, defaults), seen)
-        job = _Job(self._host, reference, test, options, is_cancelled, on_progress)
+        job = _Job(
+            self._host, self._recording, reference, test, options, is_cancelled, on_progress
+        )
         result = job.run()
-        self._publisher.publish(result, test)
+        self._publisher.publish(result, reference, test)
         self.get_logger().info(
             f'{"/".join(reference.object_ids)} -> {"/".join(test.object_ids)}: '
             f'{result.message} ({result.duration_sec:.1f} s)'
@@ -138,13 +149,16 @@ class _Job:
     def __init__(
         self,
         host: ModelHost,
+        recording: NodeRecording,
         reference: Scene,
         test: Scene,
         options: ImitationOptions,
         is_cancelled: Callable[[], bool],
         on_progress: Callable[[ImitationProgress, Scene], None],
     ) -> None:
-        self._host, self._reference, self._test = host, reference, test
+        self._host, self._recording = host, recording
+        self._reference, self._test = reference, test
+        self._steps = StepRecorder()
         self._options, self._is_cancelled, self._on_progress = options, is_cancelled, on_progress
 
     def run(self) -> ImitationResult:
@@ -167,15 +181,27 @@ class _Job:
             raise ImitationError('cancelled before it started') from None
 
     def _work(self) -> ImitationResult:
-        return imitate(
-            self._host.metric(),
+        metric = self._host.metric()
+        result = imitate(
+            metric,
             self._reference,
             self._test,
             self._options,
             on_progress=self._keep_going,
         )
+        if self._recording.is_on:
+            shown = shown_as_it_ran(
+                self._reference, self._test, result, self._steps, self._options.table_height
+            )
+            self._recording.record(
+                self._test.stamp_ns,
+                lambda to: record_imitation(to, shown, projections=metric.projections),
+            )
+        return result
 
     def _keep_going(self, progress: ImitationProgress) -> bool:
+        if self._recording.is_on:
+            self._steps.record(progress)
         self._on_progress(progress, self._test)
         return not (self._is_cancelled() or self._host.worker.is_closing)
 

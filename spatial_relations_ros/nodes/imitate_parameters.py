@@ -6,6 +6,7 @@ import math
 
 from spatial_relations_ros.imitation import ImitationOptions
 from spatial_relations_ros.nodes.model_host import MODEL_PARAMETERS
+from spatial_relations_ros.nodes.node_recording import RERUN
 from spatial_relations_ros.nodes.perception_parameters import MODELS_PATH
 from spatial_relations_ros.nodes.robot_parameters import ROBOT_PARAMETERS
 from spatial_relations_ros.nodes.scene_client import SCENE_PARAMETERS
@@ -91,6 +92,7 @@ IMITATE_PARAMETERS = (
         False,
         'Publish target poses of answers that are not feasible too; a robot may follow them.',
     ),
+    RERUN,
     ParameterSpec('seed', 0, 'Of everything random.', minimum=0, maximum=2**31 - 1),
 )
 

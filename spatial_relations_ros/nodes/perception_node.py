@@ -25,6 +25,7 @@ from spatial_relations_ros.core import (
     UnknownObjectError,
 )
 from spatial_relations_ros.nodes.frame_worker import FrameWorker
+from spatial_relations_ros.nodes.node_recording import NodeRecording, log_frame
 from spatial_relations_ros.nodes.perception_parameters import (
     PERCEPTION_PARAMETERS,
     make_assembler,
@@ -89,6 +90,7 @@ class PerceptionNode(RelationsNode):
         self._last_published_sec = -math.inf
         self._scene_publisher = self.create_publisher(SceneMsg, '~/scenes', qos.SCENES)
         self._marker_publisher = self.create_publisher(MarkerArray, '~/markers', qos.SCENES)
+        self._recording = NodeRecording(self)
         self._worker = FrameWorker(
             make_assembler(self.parameters),
             self._handle,
@@ -107,6 +109,7 @@ class PerceptionNode(RelationsNode):
         """Ends the thread of perception."""
         if hasattr(self, '_worker'):  # not when the parameters could not be used
             self._worker.close()
+            self._recording.close()
 
     def destroy_node(self) -> None:
         """Ends the thread of perception, then what it publishes with."""
@@ -182,6 +185,7 @@ class PerceptionNode(RelationsNode):
             result = self._pipeline.step(frame)
         with self._result_lock:
             self._latest, self._latest_arrival_sec = result, time.monotonic()
+        self._recording.record(result.stamp_ns, lambda to: log_frame(to, result))
         if result.problem is not None:
             self.report_bad(POINTS, InvalidSceneError(result.problem))
             return

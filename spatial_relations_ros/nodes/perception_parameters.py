@@ -9,6 +9,7 @@ import numpy as np
 
 from spatial_relations_ros.core import ConfigError, InvalidPoseError, Pose
 from spatial_relations_ros.core.rotations import wxyz_from_xyzw
+from spatial_relations_ros.nodes.node_recording import RERUN
 from spatial_relations_ros.perception.assembler import AssemblyConfig, FrameAssembler
 from spatial_relations_ros.perception.border import StampedTransform
 from spatial_relations_ros.perception.config import PerceptionConfig
@@ -33,6 +34,7 @@ MODELS_PATH = ParameterSpec(
     is_fixed=True,
 )
 PERCEPTION_PARAMETERS = (
+    RERUN,
     ParameterSpec(
         'world_frame',
         DEFAULTS.world_frame,

@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import math
 from collections import Counter
+from collections.abc import Mapping
 
 from spatial_relations_ros.perception.assembler import FrameAssembler
 from spatial_relations_ros.perception.border import FrameResult
 from spatial_relations_ros.perception.track_state import TrackState
 from spatial_relations_ros.ros.diagnostics import OK, WARN, State
+
+AGE = 'age_sec'
 
 
 def clouds_state(assembler: FrameAssembler) -> State:
@@ -28,7 +31,7 @@ def objects_state(latest: FrameResult | None, age_sec: float) -> State:
     """
     if latest is None:
         return State(OK, 'waiting for the first cloud')
-    values: dict[str, object] = {'age_sec': f'{age_sec:.1f}'}
+    values: dict[str, object] = {AGE: f'{age_sec:.1f}'}
     values |= latest.rejected
     values |= {key: _state_words(latest, key) for key in sorted(latest.states)}
     if latest.problem is not None:
@@ -46,3 +49,20 @@ def _state_words(result: FrameResult, object_id: str) -> str:
     item = result.objects[object_id]
     support = 'not checked' if math.isnan(status.support) else f'{100 * status.support:.0f} %'
     return f'{status.state}: {item.source.name}, support {support}'
+
+
+def read_states(values: Mapping[str, str]) -> dict[str, tuple[TrackState | None, str]]:
+    """The states of objects among the values of ``objects_state``, with the words beside them.
+
+    An object whose pose could not even be read has no state.
+    """
+    states: dict[str, tuple[TrackState | None, str]] = {}
+    for object_id, text in values.items():
+        if object_id == AGE:
+            continue
+        word, _, reason = text.partition(': ')
+        if word in TrackState.__members__:
+            states[object_id] = TrackState[word], reason
+        else:
+            states[object_id] = None, text
+    return states

@@ -16,6 +16,7 @@ from rclpy.parameter import Parameter
 from spatial_relations_ros.core import ConfigError
 from spatial_relations_ros.nodes.imitate_parameters import IMITATE_PARAMETERS
 from spatial_relations_ros.nodes.metric_node import METRIC_PARAMETERS
+from spatial_relations_ros.nodes.panel_parameters import PANEL_PARAMETERS
 from spatial_relations_ros.nodes.perception_parameters import (
     PERCEPTION_PARAMETERS,
     ordered_pairs,
@@ -112,6 +113,7 @@ def test_descriptors_tell_range_and_purpose(context: Context) -> None:
         ('perception_node', PERCEPTION_PARAMETERS),
         ('metric_node', METRIC_PARAMETERS),
         ('imitate_node', IMITATE_PARAMETERS),
+        ('panel_node', PANEL_PARAMETERS),
     ],
 )
 def test_configuration_files_hold_every_parameter_at_its_default(
