@@ -102,10 +102,8 @@ def use_panel(browser: Browser, processes: NodeProcesses, plan: DemoPlan) -> Non
 
 
 def small(path: Path) -> None:
-    """Keeps the repository small."""
-    Image.open(path).convert('RGB').quantize(256, Image.Quantize.FASTOCTREE).save(
-        path, optimize=True
-    )
+    """Packs a picture as well as PNG can."""
+    Image.open(path).convert('RGB').save(path, optimize=True)
 
 
 if __name__ == '__main__':
