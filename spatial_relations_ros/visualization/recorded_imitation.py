@@ -13,6 +13,7 @@ from spatial_relations_ros.visualization.recordings import Recording
 from spatial_relations_ros.visualization.shown_imitation import ShownImitation, way_to
 
 GHOST_ALPHA = 0.35
+PROJECTION_CELL = 160
 
 
 def record_imitation(
@@ -61,4 +62,4 @@ def record_imitation(
 def _picture(
     scene: Scene, projections: Callable[[Scene], NDArray[np.float32]]
 ) -> NDArray[np.uint8]:
-    return draw_projections(projections(scene), object_ids=scene.object_ids, cell=160)
+    return draw_projections(projections(scene), object_ids=scene.object_ids, cell=PROJECTION_CELL)
