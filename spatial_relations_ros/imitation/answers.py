@@ -21,6 +21,7 @@ from spatial_relations_ros.imitation.result import ImitationAnswer
 _WAY_WEIGHT = 0.02
 _LONG_WAY = 3.0
 _UNSTEADY_WEIGHT = 0.15
+_ANOTHER_PLACE = 0.5
 _SAME_SHIFT = 0.1
 _SAME_TURN_RAD = math.radians(20.0)
 
@@ -56,7 +57,7 @@ class AnswerMaker:
             self._answer(row_poses(batch, row, self.objective.origin), float(batch.distances[row]))
             for row in range(len(batch.costs))
         ]
-        return [self.handicapped(answer, steady=True, extra=0.0) for answer in made]
+        return [self.handicapped(answer, steady=True, alike=True, extra=0.0) for answer in made]
 
     @functools.cached_property
     def _placing(self) -> Placing:
@@ -86,41 +87,52 @@ class AnswerMaker:
         return pose
 
     def handicapped(
-        self, answer: ImitationAnswer, *, steady: bool, extra: float
+        self, answer: ImitationAnswer, *, steady: bool, alike: bool, extra: float
     ) -> ImitationAnswer:
         """The answer with what ranking is to add to its distance.
 
         Args:
             answer: made here.
             steady: whether it stays on a table that is tilted more.
+            alike: whether its arrangement is the demonstration's.
             extra: what is known about the placement besides.
         """
-        handicap = self._handicap(answer) + extra + (0.0 if steady else _UNSTEADY_WEIGHT)
-        return dataclasses.replace(answer, steady=steady, handicap=handicap)
+        weight, elsewhere = self.options.layout_weight, 0.0
+        if weight > 0.0:
+            elsewhere = float(self.objective.layout_difference(*self._tensors(answer))[0])
+        handicap = self._handicap(answer) + weight * elsewhere + extra
+        return dataclasses.replace(
+            answer,
+            steady=steady,
+            alike=alike and elsewhere <= _ANOTHER_PLACE,
+            handicap=handicap + (0.0 if steady else _UNSTEADY_WEIGHT),
+        )
 
     def _handicap(self, answer: ImitationAnswer) -> float:
-        """For another heading or layout than the demonstration's, and for long ways."""
-        targets = np.array([placement.target.translation for placement in answer.placements])
-        now = np.array([placement.current.translation for placement in answer.placements])
-        way = float(np.linalg.norm(targets - now, axis=1).sum()) / self.objective.extent
-        offsets = torch.from_numpy((targets - self.objective.origin)[None]).float()
-        penalty = float(self.objective.heading_penalty(offsets)[0])
-        if self.options.layout_weight > 0.0:
-            rotations = np.array([placement.target.rotation for placement in answer.placements])
-            turns = torch.from_numpy(rotations[None]).float()
-            penalty += float(self.objective.layout_penalty(turns, offsets)[0])
+        """For another heading than the demonstration's, and for long ways."""
+        ways = [p.target.translation - p.current.translation for p in answer.placements]
+        way = float(np.linalg.norm(ways, axis=1).sum()) / self.objective.extent
+        penalty = float(self.objective.heading_penalty(self._tensors(answer)[1])[0])
         return penalty + _WAY_WEIGHT * min(way, _LONG_WAY)
+
+    def _tensors(self, answer: ImitationAnswer) -> tuple[torch.Tensor, torch.Tensor]:
+        """Rotations (1, 2, 3, 3) and translations (1, 2, 3) of an answer's targets."""
+        targets = [placement.target for placement in answer.placements]
+        rotations = np.array([[target.rotation for target in targets]])
+        offsets = np.array([[target.translation - self.objective.origin for target in targets]])
+        return torch.from_numpy(rotations).float(), torch.from_numpy(offsets).float()
 
 
 def rank(answers: list[ImitationAnswer], usable_below: float | None) -> list[ImitationAnswer]:
-    """Feasible answers nearer than ``usable_below`` first, then the nearest attempts.
+    """Feasible answers nearer than ``usable_below`` first, alike ones before others.
 
-    Without that distance feasibility does not count. Handicaps are added to distances.
+    The nearest attempts follow. Without that distance feasibility does not count. Handicaps are
+    added to distances.
     """
 
-    def key(answer: ImitationAnswer) -> tuple[bool, float]:
+    def key(answer: ImitationAnswer) -> tuple[bool, bool, float]:
         usable = usable_below is None or (answer.feasible and answer.distance < usable_below)
-        return not usable, answer.distance + answer.handicap
+        return not usable, usable and not answer.alike, answer.distance + answer.handicap
 
     return sorted(answers, key=key)
 

@@ -10,7 +10,7 @@ import torch
 
 from spatial_relations_ros.core import Scene
 from spatial_relations_ros.imitation.answers import AnswerMaker, distinct
-from spatial_relations_ros.imitation.lean import demonstrated_lean
+from spatial_relations_ros.imitation.arrangement import demonstrated_arrangement
 from spatial_relations_ros.imitation.objective_setup import make_objective
 from spatial_relations_ros.imitation.options import ROLES, ImitationOptions
 from spatial_relations_ros.imitation.pose_optimizer import PoseBatch, evaluate, refine
@@ -31,9 +31,8 @@ _HOPELESS = 1.2
 _CLEAR = 0.6
 # What barely stays is one of several, the rest may be steadier.
 _UNSTEADY_COUNT = 0.4
-_STEADY_TILT_RAD = math.radians(8.0)
+_OTHERWISE_COUNT = 0.2
 _MAX_MORE = 4
-_MORE_CHUNKS = 3
 _SPARE_ANSWERS = 1
 _SAME_SHIFT = 0.02
 # Of half of the angle, as quaternions are compared.
@@ -119,7 +118,7 @@ class _Imitation:
             tabletop,
             self.movable,
             self.options,
-            lean=demonstrated_lean(self.reference),
+            arrangement=demonstrated_arrangement(self.reference),
         )
         found: list[Candidate] = []
         if self.options.propose:
@@ -142,10 +141,10 @@ class _Imitation:
             if self._is_clear(self.best) or not self._keep_going(self.num_steps):
                 break
             # Nothing near the demonstration stays: look on around what was not tried yet.
-            for _ in range(_MORE_CHUNKS):
-                found += search.more([c for c in found if c not in tried] or found)
-                if not self._keep_going(self.num_steps):
-                    break
+            untried = [c for c in found if c not in tried] or found
+            found += search.more(untried)
+            if self._keep_going(self.num_steps):
+                found += search.resting(untried)
             self._note(found)
             self._check(search, found, tried)
 
@@ -170,10 +169,12 @@ class _Imitation:
             nearest = nearest or exact
             if search.stays(exact):
                 (answer,) = self.maker.answers(search.batch([exact]))
-                steady = search.stays(exact, tilt_rad=_STEADY_TILT_RAD)
-                extra = search.manner_penalty(exact)
-                self._add([self.maker.handicapped(answer, steady=steady, extra=extra)])
-                num_feasible += answer.feasible * (1.0 if steady else _UNSTEADY_COUNT)
+                steady = search.is_steady(exact)
+                alike, extra = search.is_alike(exact), search.manner_penalty(exact)
+                self._add(
+                    [self.maker.handicapped(answer, steady=steady, alike=alike, extra=extra)]
+                )
+                num_feasible += answer.feasible * _worth(steady=steady, alike=alike)
             # After a stop only the best one is finished, so that the stop is prompt.
             if num_feasible >= wanted or not self._keep_going(self.num_steps):
                 break
@@ -182,7 +183,8 @@ class _Imitation:
 
     def _is_clear(self, answer: ImitationAnswer) -> bool:
         """Whether an answer is so near that there is no need to look on."""
-        return answer.feasible and answer.distance < _CLEAR * self.objective.similar_distance
+        near = answer.distance < _CLEAR * self.objective.similar_distance
+        return answer.feasible and answer.alike and near
 
     def _is_success(self, answer: ImitationAnswer) -> bool:
         return answer.feasible and answer.distance < self.objective.similar_distance
@@ -246,6 +248,11 @@ class _Imitation:
             num_steps=self.num_steps,
             cancelled=self.cancelled,
         )
+
+
+def _worth(*, steady: bool, alike: bool) -> float:
+    """What a feasible answer counts towards those that are wanted."""
+    return (1.0 if steady else _UNSTEADY_COUNT) * (1.0 if alike else _OTHERWISE_COUNT)
 
 
 def _unlike(candidates: list[Candidate], extent: float) -> list[Candidate]:

@@ -10,6 +10,8 @@ from torch import Tensor
 # Farther apart, in metres, than this things are not next to each other, however large they are.
 MAX_GAP = 0.16
 _BESIDE = 0.9
+# Half of this, in the spacing, is another place.
+_OTHER_PLACE = 0.6
 _TINY = 1e-6
 
 
@@ -21,12 +23,12 @@ class Layout:
         spacing: horizontal distance of their middles over the sum of their half widths: 0 where
             one is in the middle of the other, 1 where they touch side by side, more with a gap.
             Widths are taken along the line between the middles.
-        off_centre: the same distance over the smaller of both half widths.
+        spacing_within: at which the smaller one reaches the larger one's border from within.
         half_widths: their sum, metres.
     """
 
     spacing: Tensor
-    off_centre: Tensor
+    spacing_within: Tensor
     half_widths: Tensor
 
     @staticmethod
@@ -43,16 +45,18 @@ class Layout:
         along = (flat * direction[:, None, None]).sum(dim=-1)
         half_widths = 0.5 * (along.amax(dim=2) - along.amin(dim=2)).clamp_min(_TINY)
         total = half_widths.sum(dim=1)
-        return Layout(distance / total, distance / half_widths.amin(dim=1), total)
+        within = (half_widths.amax(dim=1) - half_widths.amin(dim=1)) / total
+        return Layout(distance / total, within, total)
 
     def difference(self, wanted: Layout) -> Tensor:
-        """How far these layouts (K,) are from another one, 0 to about 1.
+        """How far these layouts (K,) are from another one; a half is another place.
 
         Beside each other the spacing counts, in shares of the wanted one, as far as the gap
-        remains that of neighbours; on or in each other the smaller object's place counts.
+        remains that of neighbours; on or in each other the smaller one goes no farther out than
+        to the larger one's border.
         """
         if float(wanted.spacing[0]) < _BESIDE:
-            difference = self.off_centre - wanted.off_centre.clamp(max=1.0)
-            return difference.abs().clamp(max=1.0)
+            place = torch.minimum(self.spacing_within, wanted.spacing)
+            return ((self.spacing - place).abs() / _OTHER_PLACE).clamp(max=1.0)
         spacing = torch.minimum(1.0 + MAX_GAP / self.half_widths, wanted.spacing)
-        return (self.spacing - spacing).abs() / spacing.clamp_min(1.0)
+        return (self.spacing - spacing).abs() / (_OTHER_PLACE * spacing.clamp_min(1.0))

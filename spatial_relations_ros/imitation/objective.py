@@ -101,18 +101,18 @@ class Objective:
         if self.physics_weight > 0.0 and not at_rest:
             total = total + self.physics_weight * self._physics(rotations, translations)
         if self.layout_weight > 0.0:
-            total = total + self.layout_penalty(rotations, translations)
+            total = total + self.layout_weight * self.layout_difference(rotations, translations)
         return total + self.heading_penalty(translations)
 
-    def layout_penalty(self, rotations: Tensor, translations: Tensor) -> Tensor:
-        """How far the layout of scenes (K,) is from the demonstration's.
+    def layout_difference(self, rotations: Tensor, translations: Tensor) -> Tensor:
+        """How far the layout of scenes (K,) is from the demonstration's; a half is another place.
 
         The metric hardly tells near from far once two objects are next to each other.
         """
         clouds = self.clouds[None, :, ::_LAYOUT_STRIDE]
         layout = Layout.of(apply_poses(clouds, rotations, translations))
         difference: Tensor = layout.difference(self.layout)
-        return self.layout_weight * difference
+        return difference
 
     def heading_penalty(self, translations: Tensor) -> Tensor:
         """How far scenes (K,) with translations (K, 2, 3) are off the heading to keep."""

@@ -55,7 +55,10 @@ class ImitationAnswer:
             the metric's weights; exp(-distance^2) for weights without one.
         feasible: whether nothing is violated.
         violations: what is, in words.
-        steady: whether it would stay on a table tilted by 8 degrees too, rather than by 4.
+        steady: whether it would stay on a table tilted by 8 degrees too, rather than by 4, and
+            not roll there.
+        alike: whether offset, lean, overhang and depth are those of the demonstration too; True
+            where they are not known, as without meshes.
         handicap: what ranking adds to the distance: for another heading, layout or lean than the
             demonstration's, a bare balance, long ways.
         order: how to carry it out, step by step; empty when nothing moves, or when neither object
@@ -69,6 +72,7 @@ class ImitationAnswer:
     violations: tuple[str, ...]
     order: tuple[Move, ...] = ()
     steady: bool = True
+    alike: bool = True
     handicap: float = 0.0
 
     def scene(self, test: Scene) -> Scene:

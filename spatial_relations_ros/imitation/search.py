@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from spatial_relations_ros.core import Pose, Scene
 from spatial_relations_ros.core.rotations import tilt_angle_rad
+from spatial_relations_ros.imitation.arrangement import arrangement_difference, is_alike
 from spatial_relations_ros.imitation.feasibility import MAX_PENETRATION
-from spatial_relations_ros.imitation.lean import lean_difference, turned_over
+from spatial_relations_ros.imitation.lean import turned_over
 from spatial_relations_ros.imitation.manipulation import obstacle_depths
 from spatial_relations_ros.imitation.objective import Objective
 from spatial_relations_ros.imitation.options import ImitationOptions
@@ -20,16 +22,22 @@ from spatial_relations_ros.imitation.poses import pose_tensors, row_poses
 from spatial_relations_ros.imitation.proposals import Proposal, Proposer
 from spatial_relations_ros.imitation.statics import rests
 from spatial_relations_ros.imitation.tabletop import Tabletop
+from spatial_relations_ros.placement.arrangement import Arrangement
 from spatial_relations_ros.placement.body import Placed
-from spatial_relations_ros.placement.resting import about_z
+from spatial_relations_ros.placement.resting import UP, about_z
 from spatial_relations_ros.placement.settling import Manner, settle
 from spatial_relations_ros.placement.stability import TABLE_TILT_RAD
+from spatial_relations_ros.placement.tipping import MAX_ROLL_RAD, Ground, tipped
 
 _CHUNK = 8
 _WIDE_SHARE = 0.5
 _NUM_PARENTS = 5
+# When the search goes on: so many drawn, in so many ways, and so many of them compared.
+_NUM_DRAWN, _MOST_CELLS, _NUM_RESTING = 48, 16, 16
 # What does not have to be turned over is left as it stands.
 _TURN_WEIGHT = 0.08
+_STEADY_TILT_RAD = math.radians(8.0)
+_HAIR = 3e-4
 _SAME_HEIGHT = 0.004
 _SAME_TILT_RAD = 0.05
 
@@ -70,7 +78,7 @@ class PlacementSearch:
         movable: tuple[bool, bool],
         options: ImitationOptions,
         *,
-        lean: float | None = None,
+        arrangement: Arrangement | None = None,
     ) -> None:
         """Lists what can be proposed; see :class:`Proposer`.
 
@@ -80,9 +88,9 @@ class PlacementSearch:
             tabletop: the same objects as solids.
             movable: whether base and relative may move.
             options: of the request.
-            lean: by how much the relative leans in the demonstration, radians, if that is known.
+            arrangement: of the demonstration, if that is known.
         """
-        self._lean = lean
+        self._arrangement = arrangement
         self._test, self._objective, self._tabletop = test, objective, tabletop
         self._movable, self._options = movable, options
         self._rng = np.random.default_rng(options.seed)
@@ -132,6 +140,31 @@ class PlacementSearch:
         """Some more like the best of what was found."""
         return self._compared(self._near_the_best(found))
 
+    def resting(self, found: Sequence[Candidate]) -> list[Candidate]:
+        """Some that come to rest, in the ways of the nearest that were found.
+
+        Many are drawn; only those are compared whose arrangement is most like the demonstration's.
+        """
+        best = sorted(found, key=lambda candidate: candidate.cost)
+        cells = list(dict.fromkeys(c.proposal.cell for c in best if c.proposal is not None))
+        cells = cells[:_MOST_CELLS]
+        drawn = [self._rested(self._proposer.draw(cell)) for cell in self._repeated(cells)]
+        at_rest = [proposal for proposal in drawn if proposal is not None]
+        if self._arrangement is not None:
+            wanted = self._arrangement
+            at_rest.sort(key=lambda p: arrangement_difference(self._arranged(p), wanted))
+        return self._compared(at_rest[:_NUM_RESTING])
+
+    def _repeated(self, cells: Sequence[int]) -> list[int]:
+        return [cells[idx % len(cells)] for idx in range(_NUM_DRAWN)] if cells else []
+
+    def _rested(self, proposal: Proposal | None) -> Proposal | None:
+        """What was let down tilted until it rests; None where it does not."""
+        if proposal is None or proposal.manner is not Manner.DROPPED:
+            return proposal
+        placed = tipped(proposal.relative, proposal.base)
+        return None if placed is None else replace(proposal, relative=placed)
+
     def _near_the_best(self, found: Sequence[Candidate]) -> list[Proposal | None]:
         best = sorted(found, key=lambda candidate: candidate.cost)
         parents = [c.proposal for c in best[:_NUM_PARENTS] if c.proposal is not None]
@@ -163,6 +196,8 @@ class PlacementSearch:
                 break
         else:
             return None
+        if exact and manner is Manner.DROPPED:
+            placed = tipped(placed, base) or placed
         cell = candidate.proposal.cell if candidate.proposal else 0
         proposal = Proposal(base, placed, manner, cell)
         poses = self._poses(proposal)
@@ -178,6 +213,16 @@ class PlacementSearch:
         return rests(relative, base, tilt_rad=tilt_rad) and (
             not self._movable[0] or rests(base, relative, tilt_rad=tilt_rad)
         )
+
+    def is_steady(self, candidate: Candidate) -> bool:
+        """Whether it stays on a table that is tilted more, and does not roll there."""
+        if not self.stays(candidate, tilt_rad=_STEADY_TILT_RAD):
+            return False
+        if candidate.proposal is None or candidate.manner is not Manner.DROPPED:
+            return True
+        raised = candidate.proposal.relative.moved(_HAIR * UP)
+        ground = Ground.below(raised, candidate.proposal.base)
+        return ground is not None and ground.roll_rad(TABLE_TILT_RAD) <= MAX_ROLL_RAD
 
     def measured(self, candidates: Sequence[Candidate]) -> list[Candidate]:
         """The same placements with their distances and costs."""
@@ -196,17 +241,32 @@ class PlacementSearch:
         ]
 
     def manner_penalty(self, candidate: Candidate) -> float:
-        """For leaning otherwise than in the demonstration, and for turning things over."""
+        """For another arrangement than the demonstration's, and for turning things over."""
         if candidate.proposal is None:
             return 0.0
         now, proposal = self._now, candidate.proposal
         penalty = _TURN_WEIGHT * (
             turned_over(now[0], proposal.base) + turned_over(now[1], proposal.relative)
         )
-        if self._lean is not None:
-            difference = lean_difference(proposal.relative, self._lean)
+        if self._arrangement is not None and self._options.layout_weight > 0.0:
+            difference = arrangement_difference(self._arranged(proposal), self._arrangement)
             penalty += self._options.layout_weight * difference
         return penalty
+
+    def is_alike(self, candidate: Candidate) -> bool:
+        """Whether its arrangement is the demonstration's, as far as that is known."""
+        if candidate.proposal is None or self._arrangement is None:
+            return True
+        return is_alike(self._arranged(candidate.proposal), self._arrangement)
+
+    def _arranged(self, proposal: Proposal) -> Arrangement:
+        base, relative = (
+            replace(placed, body=solid.body)
+            for placed, solid in zip(
+                (proposal.base, proposal.relative), self._tabletop.solids, strict=True
+            )
+        )
+        return Arrangement.of(base, relative)
 
     def refined(self, batch: PoseBatch, starts: Sequence[Candidate]) -> list[Candidate]:
         """What became of starts in the optimiser, brought to rest in the starts' manners."""

@@ -24,6 +24,7 @@ LEAST_OVERHANG_OF_SCENE = 0.045
 # ... and on the other side the support shows beyond the whole relative, as a share of the scene.
 LEAST_SHOWN_OF_SCENE = 0.02
 
+_LEAST_WIDTH = 1e-4
 _NUM_DIRECTIONS = 48
 _ANGLES = np.arange(_NUM_DIRECTIONS) * (2.0 * np.pi / _NUM_DIRECTIONS)
 _DIRECTIONS = np.stack([np.cos(_ANGLES), np.sin(_ANGLES)])
@@ -113,6 +114,34 @@ class Footing:
             return 'hardly over the edge'
         shown = _opposite(self.support - self.outline) >= LEAST_SHOWN_OF_SCENE * self.extent
         return '' if (hanging & shown).any() else 'over both edges'
+
+
+@dataclass(frozen=True)
+class Overhang:
+    """How far a foot hangs over what carries it.
+
+    On the side on which it does so most, and most more than on the other side: a board on a can
+    hangs over everywhere.
+
+    Attributes:
+        share: its reach beyond the carrier there, as a share of the foot's width; negative within.
+        off_centre: shift of the foot's middle from the carrier's in that direction, as a share of
+            the smaller of both widths.
+    """
+
+    share: float
+    off_centre: float
+
+    @staticmethod
+    def of(foot: FloatArray, carrier: FloatArray) -> Overhang:
+        """Compares points (N, 2) of a foot with points (M, 2) of what carries it."""
+        foot_reach, carrier_reach = _reach(foot), _reach(carrier)
+        foot_width = np.maximum(foot_reach + _opposite(foot_reach), _LEAST_WIDTH)
+        carrier_width = np.maximum(carrier_reach + _opposite(carrier_reach), _LEAST_WIDTH)
+        beyond = foot_reach - carrier_reach
+        most = int(((beyond - np.maximum(_opposite(beyond), 0.0)) / foot_width).argmax())
+        shift = 0.5 * (beyond - _opposite(beyond)) / np.minimum(foot_width, carrier_width)
+        return Overhang(float((beyond / foot_width)[most]), float(shift[most]))
 
 
 def scene_extent(base: Placed, relative: Placed) -> float:

@@ -9,13 +9,16 @@ from spatial_relations_ros.placement.body import Placed
 _LEAST_MARGIN = 0.002
 
 
-def lean_angle_rad(placed: Placed) -> float:
+def lean_angle_rad(placed: Placed, *, least_margin: float = _LEAST_MARGIN) -> float:
     """Angle to the nearest orientation in which the body stands on level ground, radians.
 
-    Orientations on footprints that leave the centre of mass less than 2 mm are not counted.
+    Args:
+        placed: the body.
+        least_margin: orientations on footprints that leave the centre of mass less are not
+            counted, metres.
     """
     poses = placed.body.model.rest_poses
-    steady = [pose for pose in poses if pose.margin > _LEAST_MARGIN] or list(poses)
+    steady = [pose for pose in poses if pose.margin > least_margin] or list(poses)
     ups = np.array([pose.rotation[2] for pose in steady])
     cosine = float((ups @ placed.rotation[2]).max())
     return float(np.arccos(np.clip(cosine, -1.0, 1.0)))

@@ -12,13 +12,11 @@ def clouds(offset, base_half=0.1, relative_half=0.05):
     return torch.from_numpy(np.array(pair)[None]).float()
 
 
-@pytest.mark.parametrize(
-    ('offset', 'spacing', 'off_centre'), [(0.0, 0.0, 0.0), (0.05, 1 / 3, 1.0), (0.15, 1.0, 3.0)]
-)
-def test_spacing_is_one_where_they_touch_side_by_side(offset, spacing, off_centre):
+@pytest.mark.parametrize(('offset', 'spacing'), [(0.0, 0.0), (0.05, 1 / 3), (0.15, 1.0)])
+def test_spacing_is_one_where_they_touch_side_by_side(offset, spacing):
     layout = Layout.of(clouds(offset))
     assert float(layout.spacing[0]) == pytest.approx(spacing, abs=1e-6)
-    assert float(layout.off_centre[0]) == pytest.approx(off_centre, abs=1e-6)
+    assert float(layout.spacing_within[0]) == pytest.approx(1 / 3, abs=1e-6)
 
 
 def test_the_same_layout_at_another_size_does_not_differ():
@@ -26,7 +24,7 @@ def test_the_same_layout_at_another_size_does_not_differ():
     larger = Layout.of(1.5 * clouds(0.2))
     assert float(larger.difference(wanted)[0]) == pytest.approx(0.0, abs=1e-6)
     farther = Layout.of(clouds(0.3))
-    assert float(farther.difference(wanted)[0]) == pytest.approx(0.5, abs=1e-5)
+    assert float(farther.difference(wanted)[0]) == pytest.approx(0.5 / 0.6, abs=1e-5)
 
 
 def test_wide_gaps_are_kept_only_as_far_as_neighbours_stand():
@@ -36,6 +34,13 @@ def test_wide_gaps_are_kept_only_as_far_as_neighbours_stand():
     assert float(Layout.of(clouds(0.15)).difference(wanted)[0]) > 0.4
 
 
-def test_on_each_other_the_smaller_ones_place_counts():
+def test_on_each_other_the_place_within_the_larger_one_counts():
     wanted = Layout.of(clouds(0.0))
-    assert float(Layout.of(clouds(0.025)).difference(wanted)[0]) == pytest.approx(0.5, abs=1e-5)
+    moved = Layout.of(clouds(0.025))
+    assert float(moved.difference(wanted)[0]) == pytest.approx(1 / 6 / 0.6, abs=1e-5)
+
+
+def test_no_more_is_asked_than_the_smaller_one_can_reach_within():
+    wanted = Layout.of(clouds(0.08, relative_half=0.02))  # 2/3 of the way
+    at_border = Layout.of(clouds(0.05))
+    assert float(at_border.difference(wanted)[0]) == pytest.approx(0.0, abs=1e-5)
