@@ -34,7 +34,7 @@ class Relations(ReportingGroup, LazyGroup):
             f'{_CLI}.embedding_commands:distance',
         ),
         CommandEntry(
-            'replay', SCENES, 'Replay a bag through perception, and imitate what it shows.',
+            'replay', SCENES, 'Replay bags through perception, and imitate what they show.',
             f'{_CLI}.replay_command:replay',
         ),
         CommandEntry(
