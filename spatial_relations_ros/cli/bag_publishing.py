@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib.util
+import signal
 import subprocess
 from collections.abc import Sequence
 from pathlib import Path
@@ -33,4 +34,5 @@ def publish_bag(bags: Sequence[Path], *, rate: float, loop: bool, clock: bool) -
             try:
                 return process.wait()
             except KeyboardInterrupt:
-                continue  # it got the signal too, and ends
+                # In a terminal it got the signal already; it does not mind another one.
+                process.send_signal(signal.SIGINT)
