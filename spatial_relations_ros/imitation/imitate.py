@@ -166,7 +166,8 @@ class _Imitation:
             tried.add(candidate)
             if exact is None:
                 continue
-            nearest = nearest or exact
+            if nearest is None or search.doubt(exact) < search.doubt(nearest):
+                nearest = exact
             if search.stays(exact):
                 (answer,) = self.maker.answers(search.batch([exact]))
                 steady = search.is_steady(exact)
@@ -179,7 +180,9 @@ class _Imitation:
             if num_feasible >= wanted or not self._keep_going(self.num_steps):
                 break
         if nearest is not None and not self._is_success(self.best):
-            self._add(self.maker.answers(search.batch([nearest])))
+            (answer,) = self.maker.answers(search.batch([nearest]))
+            alike, doubt = search.is_alike(nearest), search.doubt(nearest)
+            self._add([self.maker.handicapped(answer, steady=True, alike=alike, extra=doubt)])
 
     def _is_clear(self, answer: ImitationAnswer) -> bool:
         """Whether an answer is so near that there is no need to look on."""

@@ -38,6 +38,7 @@ _NUM_DRAWN, _MOST_CELLS, _NUM_RESTING = 48, 16, 16
 _TURN_WEIGHT = 0.08
 _STEADY_TILT_RAD = math.radians(8.0)
 _HAIR = 3e-4
+_NOT_CARRIED = 0.4
 _SAME_HEIGHT = 0.004
 _SAME_TILT_RAD = 0.05
 
@@ -100,7 +101,7 @@ class PlacementSearch:
         self._now = (base, relative)
         bases = [base]
         if movable[0]:
-            bases = _standing_bases(base, upright=options.keep_upright)
+            bases = standing_bases(base, upright=options.keep_upright)
         orientations = [relative.rotation]
         if movable[1]:
             orientations = resting_orientations(relative.body, relative.rotation)
@@ -218,11 +219,21 @@ class PlacementSearch:
         """Whether it stays on a table that is tilted more, and does not roll there."""
         if not self.stays(candidate, tilt_rad=_STEADY_TILT_RAD):
             return False
+        ground = self._ground(candidate)
+        return ground is None or ground.roll_rad(TABLE_TILT_RAD) <= MAX_ROLL_RAD
+
+    def doubt(self, candidate: Candidate) -> float:
+        """How little a placement that may not stay is worth as an attempt, beside its distance."""
+        ground = self._ground(candidate)
+        is_carried = ground is None or ground.roll_rad(0.0) <= MAX_ROLL_RAD
+        return self.manner_penalty(candidate) + (0.0 if is_carried else _NOT_CARRIED)
+
+    def _ground(self, candidate: Candidate) -> Ground | None:
+        """What is below something that was let down; None for what rests in other manners."""
         if candidate.proposal is None or candidate.manner is not Manner.DROPPED:
-            return True
+            return None
         raised = candidate.proposal.relative.moved(_HAIR * UP)
-        ground = Ground.below(raised, candidate.proposal.base)
-        return ground is not None and ground.roll_rad(TABLE_TILT_RAD) <= MAX_ROLL_RAD
+        return Ground.below(raised, candidate.proposal.base)
 
     def measured(self, candidates: Sequence[Candidate]) -> list[Candidate]:
         """The same placements with their distances and costs."""
@@ -330,7 +341,7 @@ class PlacementSearch:
         return base_pose, self._tabletop.pose(1, relative)
 
 
-def _standing_bases(base: Placed, *, upright: bool) -> list[Placed]:
+def standing_bases(base: Placed, *, upright: bool) -> list[Placed]:
     """The base on the table at its place, in the ways in which it rests."""
     orientations = resting_orientations(base.body, base.rotation)
     orientations = orientations[:1] if upright else orientations

@@ -26,6 +26,7 @@ _NUM_STEPS = 8
 _DONE_RAD = float(np.deg2rad(0.15))
 _MOST_LEVEL = 0.3
 _FLAT = 1e-6
+_ASKEW = 0.05
 _NUM_AROUND = 8
 _NUM_SWAYS = 4
 
@@ -77,13 +78,13 @@ class Ground:
         return plane
 
     def roll_rad(self, tilt_rad: float) -> float:
-        """How far the body turns when the table is tilted, at most over directions; inf: falls.
+        """How far the body turns when the table is tilted, at most over directions.
 
-        The centre of mass goes to the low side, first with the tilt and then with the turn that
-        this causes.
+        Infinite for what falls, as it does without a tilt where it is not carried. The centre of
+        mass goes to the low side, first with the tilt and then with the turn that this causes.
         """
         level = self.facet(np.zeros(2))
-        if level is None:
+        if level is None or float(np.hypot(level[0], level[1])) > _ASKEW:
             return np.inf
         most = 0.0
         for angle in np.arange(_NUM_AROUND) * (2.0 * np.pi / _NUM_AROUND):
