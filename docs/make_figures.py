@@ -10,7 +10,6 @@ import tempfile
 from pathlib import Path
 
 import numpy as np
-import torch
 from PIL import Image as PillowImage
 
 from spatial_relations_ros.cli.pose_files import read_pose_file
@@ -23,13 +22,12 @@ from spatial_relations_ros.evaluation.labelled_scenes import LabelledScenes
 from spatial_relations_ros.evaluation.retrieval_pictures import SceneGallery, embedding_map
 from spatial_relations_ros.imitation import ImitationOptions, imitate
 from spatial_relations_ros.learning import RelationMetric, load_metric
-from spatial_relations_ros.projection import fit_unit_cube, project
 from spatial_relations_ros.visualization import (
     Image,
     before_after,
     contact_sheet,
     draw_distance_curve,
-    draw_gradients,
+    draw_projection_gradients,
     draw_projections,
     read_image,
 )
@@ -118,17 +116,16 @@ def gradients(metric: RelationMetric) -> Image:
     mug = test.relative.world_from_object
     beside = mug.translation + (-0.18, 0.03, 0.008)
     scene = test.with_poses(tray, Pose(beside, mug.quat_wxyz))
-    goal = torch.from_numpy(metric.embed_scenes([reference]))
-    points = torch.from_numpy(metric.scene_points(scene))[None].requires_grad_()
-    usual = metric.encoder.projection
-    by_points = {}
+    pictures = []
     for name in GRADIENTS:
-        images = project(points, dataclasses.replace(usual, gradient=name))
-        error = (metric.encoder(images) - goal).norm()
-        by_image, by_point = torch.autograd.grad(error, (images, points))
-        by_points[name] = by_point[0].numpy()
-    unit = fit_unit_cube(points.detach(), usual.margin_px / usual.image_size)[0].numpy()
-    return draw_gradients(unit, by_image[0].numpy(), by_points)
+        with metric.projecting(gradient=name):
+            found = metric.projection_gradients(reference, scene)
+        pictures.append(
+            draw_projection_gradients(
+                found.images, found.by_images, found.descent, object_ids=scene.object_ids, cell=200
+            )
+        )
+    return contact_sheet(pictures, GRADIENTS, columns=1)
 
 
 def descent(metric: RelationMetric) -> Image:

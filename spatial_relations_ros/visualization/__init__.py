@@ -16,7 +16,6 @@ from spatial_relations_ros.visualization.camera import Camera, frame_objects, fr
 from spatial_relations_ros.visualization.confusions import draw_confusion
 from spatial_relations_ros.visualization.curves import draw_distance_curve
 from spatial_relations_ros.visualization.embedding_maps import draw_embedding_map
-from spatial_relations_ros.visualization.gradient_pictures import draw_gradients
 from spatial_relations_ros.visualization.images import Image, read_image, write_image
 from spatial_relations_ros.visualization.imitation_pictures import write_imitation_pictures
 from spatial_relations_ros.visualization.neighbour_sheets import (
@@ -70,7 +69,6 @@ __all__ = [
     'draw_confusion',
     'draw_distance_curve',
     'draw_embedding_map',
-    'draw_gradients',
     'draw_neighbour_sheet',
     'draw_projection_gradients',
     'draw_projections',
