@@ -10,7 +10,12 @@ from typing import Any
 from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
 
-from spatial_relations_ros.core import ConfigError, SceneObject, SpatialRelationsError
+from spatial_relations_ros.core import (
+    ConfigError,
+    FrameTransformError,
+    SceneObject,
+    SpatialRelationsError,
+)
 from spatial_relations_ros.nodes.panel.commands import (
     CancelCommand,
     Command,
@@ -26,6 +31,7 @@ from spatial_relations_ros.nodes.perception_parameters import model_source
 from spatial_relations_ros.nodes.perception_states import read_states
 from spatial_relations_ros.nodes.scene_client import SceneClient
 from spatial_relations_ros.nodes.scene_requests import with_mesh
+from spatial_relations_ros.nodes.transform_listener import TransformListener
 from spatial_relations_ros.perception.track_state import TrackState
 from spatial_relations_ros.ros.diagnostics import OK, State
 from spatial_relations_ros.ros.qos import DIAGNOSTICS
@@ -69,6 +75,8 @@ class PanelNode(RelationsNode):
         self._states: Mapping[str, tuple[TrackState | None, str]] = {}
         self._states_problem = ''
         self._states_sec = -1e9
+        self._camera_frame = self.parameters.text('camera_frame')
+        self._transforms = TransformListener(self) if self._camera_frame else None
         self._perception = self.resolve_service_name(self.parameters.text('perception'))
         self._server = PanelServer(
             self,
@@ -172,8 +180,20 @@ class PanelNode(RelationsNode):
         return {
             'objects': self._objects.content(self._states, seen),
             'table': table_height,
+            'eye': self._eye(),
             'problem': problem,
         }
+
+    def _eye(self) -> list[float] | None:
+        """Where the camera is in the world; None while that is not known."""
+        if self._transforms is None:
+            return None
+        try:
+            world_frame = self.parameters.text('world_frame')
+            pose = self._transforms.world_from(world_frame, self._camera_frame, 0)
+        except FrameTransformError:
+            return None
+        return [round(float(value), 3) for value in pose.translation]
 
     def _show_relations(self) -> None:
         if not self._server.num_browsers:

@@ -31,6 +31,12 @@ PANEL_PARAMETERS = (
         is_fixed=True,
     ),
     ParameterSpec(
+        'camera_frame',
+        '',
+        'Frame of /tf from whose side objects are seen at first; empty: from the front left.',
+        is_fixed=True,
+    ),
+    ParameterSpec(
         'imitate_relation',
         'imitate_relation',
         'Name of the action of the imitate node; relative to the namespace.',

@@ -79,7 +79,8 @@ def start_nodes(processes: NodeProcesses, plan: DemoPlan, folder: Path) -> None:
     )
     processes.start('metric_node', parameters={'memory_path': str(folder / 'memory.sqlite3')})
     processes.start('imitate_node', parameters={**models, 'standalone': False})
-    processes.start('panel_node', parameters={**models, 'port': PORT})
+    camera = {'camera_frame': 'kinect2_ir_optical_frame'}
+    processes.start('panel_node', parameters={**models, **camera, 'port': PORT})
 
 
 def use_panel(browser: Browser, processes: NodeProcesses, plan: DemoPlan) -> None:

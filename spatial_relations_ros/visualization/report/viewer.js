@@ -94,7 +94,8 @@ class Viewer {
     this.canvas = canvas;
     this.items = [];
     this.table = 0;
-    this.camera = { azimuth: -0.9, elevation: 0.5, target: [0, 0, 0], radius: 1, zoom: 1 };
+    this.home = { azimuth: -0.9, elevation: 0.5 };
+    this.camera = { ...this.home, target: [0, 0, 0], radius: 1, zoom: 1 };
     this.gl = canvas.getContext('webgl2', { antialias: true, alpha: true, premultipliedAlpha: true, preserveDrawingBuffer: true, stencil: true });
     if (!this.gl) throw new Error('no WebGL 2');
     this.program = this.link();
@@ -211,7 +212,7 @@ class Viewer {
       turned();
     }, { passive: false });
     this.canvas.addEventListener('dblclick', () => {
-      Object.assign(this.camera, { azimuth: -0.9, elevation: 0.5, zoom: 1 });
+      Object.assign(this.camera, { ...this.home, zoom: 1 });
       turned();
     });
     this.canvas.addEventListener('keydown', (event) => {
@@ -225,6 +226,14 @@ class Viewer {
       event.preventDefault();
       turned();
     });
+  }
+
+  // Looks from the side of a place in the world, and comes back there when one starts over.
+  standAt(eye) {
+    const [x, y, z] = eye.map((value, axis) => value - this.camera.target[axis]);
+    this.home = { azimuth: Math.atan2(y, x), elevation: Math.min(1.5, Math.max(-0.3, Math.atan2(z, Math.hypot(x, y)))) };
+    Object.assign(this.camera, this.home);
+    this.draw();
   }
 
   tilt(angle) { this.camera.elevation = Math.min(1.5, Math.max(-0.3, this.camera.elevation + angle)); }

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import json
+import math
 import re
 from collections.abc import Iterator
 
@@ -16,6 +17,7 @@ from spatial_relations_msgs.srv import Forget, ListRelations
 
 pytestmark = pytest.mark.ros
 
+CAMERA_FRAME = 'kinect2_ir_optical_frame'
 WIDE, NARROW = (1280, 900), (420, 900)
 
 
@@ -23,7 +25,12 @@ WIDE, NARROW = (1280, 900), (420, 900)
 def address(session: DemoSession) -> str:
     graph = session.graph
     graph.processes.start(
-        'panel_node', parameters={'port': 0, 'models_path': str(session.plan.models_path)}
+        'panel_node',
+        parameters={
+            'port': 0,
+            'models_path': str(session.plan.models_path),
+            'camera_frame': CAMERA_FRAME,
+        },
     )
     name = 'panel_node: panel'
     graph.wait(lambda: graph.diagnostic(name)['message'].startswith('http'), 'panel', START_SEC)
@@ -70,6 +77,17 @@ def test_it_shows_the_objects_and_how_far_they_are_believed(
     labels = page.run("return [...byId('labels').children].map((label) => label.innerText)")
     assert ids <= {*labels}
     assert page.run(f'return {drawn("seen")}.some((item) => item.mesh.isCloud)') is False
+
+
+def test_the_view_is_from_the_side_of_the_camera(page: Browser) -> None:
+    page.wait('state.isPlaced', 'where the camera is')
+    eye, target, azimuth, elevation = page.run(
+        """const { target, azimuth, elevation } = views.seen.viewer.camera;
+        return [state.eye, target, azimuth, elevation];"""
+    )
+    assert eye[2] > target[2], 'the camera of the bag looks down'
+    assert azimuth == pytest.approx(math.atan2(eye[1] - target[1], eye[0] - target[0]))
+    assert 0.2 < elevation < 1.5
 
 
 def test_imitate_is_pressed_and_the_answer_shown(page: Browser, session: DemoSession) -> None:

@@ -5,7 +5,7 @@ const SELECTS = ['reference-base', 'reference-relative', 'test-base', 'test-rela
 const surfaces = new Surfaces();
 const views = Object.fromEntries(['seen', 'reference', 'test'].map((id) => [id, new SceneView(byId(id), surfaces)]));
 const curve = new Curve(byId('curve'));
-const state = { objects: [], table: 0, relations: [], result: null, resultIdx: 0, answerIdx: 0, at: 1, progress: null, running: false };
+const state = { objects: [], table: 0, relations: [], eye: null, isPlaced: false, result: null, resultIdx: 0, answerIdx: 0, at: 1, progress: null, running: false };
 const replies = new Map();
 let socket = null;
 let asked = 0;
@@ -60,6 +60,7 @@ function say(id, text, isBad) {
 function takeObjects(message) {
   state.objects = message.objects;
   if (message.table !== null) state.table = message.table;
+  state.eye = message.eye;
   byId('problem').textContent = message.problem;
   byId('problem').hidden = !message.problem;
   const rows = message.objects.map((object) => {
@@ -107,6 +108,10 @@ function drawSeen() {
   const objects = state.objects.filter((object) => object.model)
     .map((object) => ({ ...object, role: roleOf(object.id), alpha: object.is_seen ? 1 : GHOST_ALPHA }));
   views.seen.show(objects, state.table, objects, objects.map((object) => object.id).join('\n'));
+  if (state.eye && views.seen.framed && !state.isPlaced) {
+    state.isPlaced = true;
+    views.seen.viewer.standAt(state.eye);
+  }
 }
 
 // Names below the objects, where they hide least.
