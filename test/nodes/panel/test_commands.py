@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from spatial_relations_ros.nodes.panel.commands import (
@@ -68,6 +68,7 @@ def test_what_is_none_is_refused_with_the_reason(change: dict[str, object], reas
         read(**{**IMITATE, **change})
 
 
+@settings(max_examples=50)
 @given(st.text() | VALUES.map(json.dumps) | st.builds(lambda v: json.dumps({**IMITATE, **v}),
        st.dictionaries(st.sampled_from([*IMITATE, 'movable', 'answers']), VALUES)))  # fmt: skip
 def test_no_text_does_anything_else(text: str) -> None:
