@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, Writer
+from rosbags.typesys import get_types_from_msg
 
 from spatial_relations_ros.core import BagError, Pose
 from spatial_relations_ros.evaluation.bag_reader import (
@@ -138,6 +139,54 @@ def test_pose_topics_are_found_by_their_type(tmp_path):
         assert reader.topics() == BagTopics('/points', (), {'cup': '/simtrack/cup'})
         (frame,) = reader.frames()
     assert [item.object_id for item in frame.tracks] == ['cup']
+
+
+# As upstream has them; rosbags knows them from nowhere else, as in a bag that a robot recorded.
+VISION_MSGS = {
+    'Detection3DArray': 'std_msgs/Header header\nvision_msgs/Detection3D[] detections',
+    'Detection3D': (
+        'std_msgs/Header header\nvision_msgs/ObjectHypothesisWithPose[] results\n'
+        'vision_msgs/BoundingBox3D bbox\nstring id'
+    ),
+    'ObjectHypothesisWithPose': (
+        'vision_msgs/ObjectHypothesis hypothesis\ngeometry_msgs/PoseWithCovariance pose'
+    ),
+    'ObjectHypothesis': 'string class_id\nfloat64 score',
+    'BoundingBox3D': 'geometry_msgs/Pose center\ngeometry_msgs/Vector3 size',
+}
+
+
+def detections_message(types, stamp_ns, class_id):
+    """One detection of a class, 2 m before the camera."""
+    for name, text in VISION_MSGS.items():
+        types.register(get_types_from_msg(text, f'vision_msgs/msg/{name}'))
+    kinds = {name.rsplit('/', 1)[-1]: kind for name, kind in types.types.items()}
+    stamp = kinds['Time'](sec=0, nanosec=stamp_ns)
+    header = kinds['Header'](stamp=stamp, frame_id='camera')
+    unit = kinds['Quaternion'](x=0.0, y=0.0, z=0.0, w=1.0)
+    pose = kinds['Pose'](position=kinds['Point'](x=0.0, y=0.0, z=2.0), orientation=unit)
+    result = kinds['ObjectHypothesisWithPose'](
+        hypothesis=kinds['ObjectHypothesis'](class_id=class_id, score=0.75),
+        pose=kinds['PoseWithCovariance'](pose=pose, covariance=np.zeros(36)),
+    )
+    size = kinds['Vector3'](x=0.1, y=0.1, z=0.1)
+    box = kinds['BoundingBox3D'](center=pose, size=size)
+    detection = kinds['Detection3D'](header=header, results=[result], bbox=box, id='')
+    return kinds['Detection3DArray'](header=header, detections=[detection])
+
+
+def test_detections_are_read_by_the_definitions_in_the_bag(tmp_path):
+    with BagWriter(tmp_path / 'bag') as writer:
+        writer.write('/detections', 0, detections_message(writer.types, 5, 'cup'))
+        writer.write('/points', 1, writer.cloud(5, 'camera', xyz_of(0), RGB))
+    with BagReader(tmp_path / 'bag') as reader:
+        assert reader.topics().tracked_objects == ('/detections',)
+        (frame,) = reader.frames()
+        assert reader.dropped == []
+    (seen,) = frame.tracks
+    assert (seen.object_id, seen.frame_id, seen.stamp_ns) == ('cup', 'camera', 5)
+    assert seen.confidence == 0.75
+    np.testing.assert_array_equal(seen.frame_from_object.translation, [0.0, 0.0, 2.0])
 
 
 def test_raw_messages_are_the_bytes_that_were_written(tmp_path):
