@@ -31,14 +31,14 @@ report = replay_bag(
 print(summary(report))
 
 # %% How much of each object the clouds confirm, over time: below 0.4 it is not believed.
-start_ns = report.frames[0].result.stamp_ns
+start_ns = report.frames[0].stamp_ns
 figure = Figure(figsize=(8, 4), layout='constrained')
 axes = figure.subplots()
-for object_id in sorted({name for frame in report.frames for name in frame.result.objects}):
-    seen = [frame.result for frame in report.frames if object_id in frame.result.objects]
+for object_id in sorted({name for frame in report.frames for name in frame.object_ids}):
+    seen = [frame for frame in report.frames if object_id in frame.object_ids]
     axes.plot(
-        [(result.stamp_ns - start_ns) / 1e9 for result in seen],
-        [result.objects[object_id].support for result in seen],
+        [(frame.stamp_ns - start_ns) / 1e9 for frame in seen],
+        [frame.states[object_id].support for frame in seen],
         label=object_id,
     )
 axes.set(xlabel='s', ylabel='support', ylim=(0, 1.05), title='Confirmed share of each object')
@@ -47,14 +47,13 @@ figure.savefig(OUT / 'support.png', dpi=100)
 
 # %% The imitation as a page in 3-D, and the reasons for what could not be used.
 for frame in report.frames:
-    if frame.imitation is not None:
+    if frame.imitation is not None and frame.scenes is not None:
         shown = shown_imitation(
             metric,
-            frame.result.scene(*REFERENCE),
-            frame.result.scene(*TEST),
+            *frame.scenes,
             frame.imitation,
-            table_height=frame.result.table_height,
+            table_height=frame.table_height,
         )
         write_report(OUT / 'report.html', [shown], title='mug to tray as cup to plate')
-rejected = {f.frame_idx: dict(f.result.rejected) for f in report.frames if f.result.rejected}
+rejected = {f.frame_idx: dict(f.rejected) for f in report.frames if f.rejected}
 (OUT / 'summary.json').write_text(json.dumps({**summary(report), 'rejected': rejected}, indent=2))
