@@ -22,6 +22,8 @@ _WAY_WEIGHT = 0.02
 _LONG_WAY = 3.0
 _UNSTEADY_WEIGHT = 0.15
 _ANOTHER_PLACE = 0.5
+# An attempt that falls, or is arranged otherwise, is worth less than one that is so much farther.
+_DOUBTFUL = 0.8
 _SAME_SHIFT = 0.1
 _SAME_TURN_RAD = math.radians(20.0)
 
@@ -132,7 +134,8 @@ def rank(answers: list[ImitationAnswer], usable_below: float | None) -> list[Imi
 
     def key(answer: ImitationAnswer) -> tuple[bool, bool, float]:
         usable = usable_below is None or (answer.feasible and answer.distance < usable_below)
-        return not usable, usable and not answer.alike, answer.distance + answer.handicap
+        doubt = 0.0 if usable or (answer.feasible and answer.alike) else _DOUBTFUL
+        return not usable, usable and not answer.alike, answer.distance + answer.handicap + doubt
 
     return sorted(answers, key=key)
 

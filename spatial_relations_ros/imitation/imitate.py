@@ -10,7 +10,11 @@ import torch
 
 from spatial_relations_ros.core import Scene
 from spatial_relations_ros.imitation.answers import AnswerMaker, distinct
-from spatial_relations_ros.imitation.arrangement import demonstrated_arrangement
+from spatial_relations_ros.imitation.arrangement import (
+    arrangement_difference,
+    demonstrated_arrangement,
+    is_alike,
+)
 from spatial_relations_ros.imitation.objective_setup import make_objective
 from spatial_relations_ros.imitation.options import ROLES, ImitationOptions
 from spatial_relations_ros.imitation.pose_optimizer import PoseBatch, evaluate, refine
@@ -96,7 +100,7 @@ class _Imitation:
     def run(self) -> ImitationResult:
         """Proposals, refinement, checks; at every moment there is a best answer."""
         current = evaluate(self.objective, *pose_tensors([self.test], self.objective.origin))
-        self._add(self.maker.answers(current))
+        self._add([self._as_it_stands(current)])
         self.history.append(self.best.distance)
         if self.options.physics_weight == 0.0:
             self._descend_freely(current)
@@ -104,6 +108,20 @@ class _Imitation:
             self._place()
         ranked = distinct(self.maker.rank(self.answers), self.objective.extent)
         return self._result(tuple(ranked[: self.options.num_answers]), self.history)
+
+    def _as_it_stands(self, current: PoseBatch) -> ImitationAnswer:
+        """The test scene as an answer, with what its arrangement adds to the distance."""
+        (answer,) = self.maker.answers(current)
+        weight = self.options.layout_weight
+        if self.options.physics_weight == 0.0 or weight == 0.0:
+            return answer
+        now, wanted = (demonstrated_arrangement(scene) for scene in (self.test, self.reference))
+        if now is None or wanted is None:
+            return answer
+        extra = weight * arrangement_difference(now, wanted)
+        return self.maker.handicapped(
+            answer, steady=True, alike=is_alike(now, wanted), extra=extra
+        )
 
     def _place(self) -> None:
         """Looks for placements at rest, refines the nearest, checks what comes out."""
@@ -147,9 +165,18 @@ class _Imitation:
                 found += search.resting(untried)
             self._note(found)
             self._check(search, found, tried)
+        if not self._is_success(self.best) and self._keep_going(self.num_steps):
+            # What stays and is arranged alike is a better attempt than what is near and falls.
+            alike = [c for c in found if search.is_alike(c)]
+            self._check(search, alike, tried, farthest=math.inf)
 
     def _check(
-        self, search: PlacementSearch, found: list[Candidate], tried: set[Candidate]
+        self,
+        search: PlacementSearch,
+        found: list[Candidate],
+        tried: set[Candidate],
+        *,
+        farthest: float = _HOPELESS,
     ) -> None:
         """Makes answers of the nearest candidates that stay where they are put.
 
@@ -160,7 +187,7 @@ class _Imitation:
         num_feasible = 0.0
         untried = [candidate for candidate in found if candidate not in tried]
         for candidate in _unlike(untried, self.objective.extent)[:_MAX_CHECKS]:
-            if candidate.distance > _HOPELESS * self.objective.similar_distance and nearest:
+            if candidate.distance > farthest * self.objective.similar_distance and nearest:
                 break
             exact = search.settled(candidate)
             tried.add(candidate)

@@ -10,6 +10,8 @@ from torch import Tensor
 # Farther apart, in metres, than this things are not next to each other, however large they are.
 MAX_GAP = 0.16
 _BESIDE = 0.9
+_LOW = 0.15
+_OVER_BORDER = 0.05
 # Half of this, in the spacing, is another place.
 _OTHER_PLACE = 0.6
 _TINY = 1e-6
@@ -25,11 +27,13 @@ class Layout:
             Widths are taken along the line between the middles.
         spacing_within: at which the smaller one reaches the larger one's border from within.
         half_widths: their sum, metres.
+        is_low: whether the relative reaches down about as far as the base does.
     """
 
     spacing: Tensor
     spacing_within: Tensor
     half_widths: Tensor
+    is_low: Tensor
 
     @staticmethod
     def of(points: Tensor) -> Layout:
@@ -46,7 +50,16 @@ class Layout:
         half_widths = 0.5 * (along.amax(dim=2) - along.amin(dim=2)).clamp_min(_TINY)
         total = half_widths.sum(dim=1)
         within = (half_widths.amax(dim=1) - half_widths.amin(dim=1)) / total
-        return Layout(distance / total, within, total)
+        lowest, heights = points[..., 2].amin(dim=2), points[..., 2].amax(dim=2)
+        is_low = lowest[:, 1] - lowest[:, 0] < _LOW * (heights[:, 0] - lowest[:, 0])
+        return Layout(distance / total, within, total, is_low)
+
+    @property
+    def is_beside(self) -> bool:
+        """Whether the first of these stands beside its base, round the corner of it perhaps."""
+        spacing = float(self.spacing[0])
+        over_border = spacing > float(self.spacing_within[0]) + _OVER_BORDER
+        return spacing >= _BESIDE or (bool(self.is_low[0]) and over_border)
 
     def difference(self, wanted: Layout) -> Tensor:
         """How far these layouts (K,) are from another one; a half is another place.
@@ -55,7 +68,7 @@ class Layout:
         remains that of neighbours; on or in each other the smaller one goes no farther out than
         to the larger one's border.
         """
-        if float(wanted.spacing[0]) < _BESIDE:
+        if not wanted.is_beside:
             place = torch.minimum(self.spacing_within, wanted.spacing)
             return ((self.spacing - place).abs() / _OTHER_PLACE).clamp(max=1.0)
         spacing = torch.minimum(1.0 + MAX_GAP / self.half_widths, wanted.spacing)

@@ -18,7 +18,8 @@ from spatial_relations_ros.placement.contact import travel_to_contact
 from spatial_relations_ros.placement.ray_casting import as_tensor
 from spatial_relations_ros.placement.resting import DOWN, UP, about_axis
 
-MAX_TIP_RAD = float(np.deg2rad(15.0))
+# What tilts by 10 degrees or more leans.
+MAX_TIP_RAD = float(np.deg2rad(9.5))
 # On a table that is tilted by some degrees a steady body turns by no more than this.
 MAX_ROLL_RAD = float(np.deg2rad(3.0))
 _LIFT = 0.012

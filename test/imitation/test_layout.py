@@ -44,3 +44,12 @@ def test_no_more_is_asked_than_the_smaller_one_can_reach_within():
     wanted = Layout.of(clouds(0.08, relative_half=0.02))  # 2/3 of the way
     at_border = Layout.of(clouds(0.05))
     assert float(at_border.difference(wanted)[0]) == pytest.approx(0.0, abs=1e-5)
+
+
+def test_what_stands_low_and_reaches_over_the_border_is_beside():
+    beside, over = clouds(0.13), clouds(0.13)
+    beside[0, 1, :, 2] -= 0.05  # both stand on the table
+    over[0, 1, :, 2] += 0.2
+    assert Layout.of(beside).is_beside
+    assert not Layout.of(over).is_beside
+    assert not Layout.of(clouds(0.0)).is_beside
