@@ -1,4 +1,4 @@
-"""``relations bench``."""
+"""``relations bench`` and ``relations bench live``."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from spatial_relations_ros.cli.live_bench import run_live_bench
 from spatial_relations_ros.cli.options import SeedOption, WeightsOption
 from spatial_relations_ros.cli.output import JsonOption, Output, progress_bar
 
@@ -30,7 +31,12 @@ class Step(StrEnum):
     STRUCTURED_READER = 'structured-reader'
 
 
+bench_app = typer.Typer(name='bench', rich_markup_mode='markdown')
+
+
+@bench_app.callback(invoke_without_command=True)
 def bench(
+    context: typer.Context,
     runs: Annotated[int, typer.Option('--runs', min=3, help='Of each step.')] = 20,
     steps: Annotated[
         list[Step] | None,
@@ -59,6 +65,8 @@ def bench(
     json_path: JsonOption = None,
 ) -> None:  # fmt: skip
     """Time the steps on this machine: medians and spread after a warm-up."""
+    if context.invoked_subcommand is not None:
+        return
     from spatial_relations_ros.cli.provenance import provenance
     from spatial_relations_ros.evaluation.bench import Bench, ratio_rows, timing_rows
     from spatial_relations_ros.learning import load_metric
@@ -105,6 +113,72 @@ def bench(
             'provenance': conditions,
         }
     )
+
+
+class Stream(StrEnum):
+    """Clouds of a Kinect2; as ``live_stream.FORMATS``, loaded without it."""
+
+    SD = 'sd'
+    SD32 = 'sd32'
+    QHD = 'qhd'
+    HD = 'hd'
+
+
+@bench_app.command()
+def live(
+    streams: Annotated[
+        list[Stream] | None,
+        typer.Option(
+            '--stream', show_default='sd and qhd',
+            help='512 x 424 points of 16 (sd) or 32 bytes, 960 x 540 (qhd) or 1920 x 1080 (hd) of '
+            '16; repeat for more.',
+        ),
+    ] = None,
+    duration: Annotated[
+        float, typer.Option('--duration', min=1.0, help='Seconds of each stream.')
+    ] = 20.0,
+    minutes: Annotated[
+        float | None,
+        typer.Option(
+            '--minutes', min=0.1, show_default=False, help='The same in minutes, for a soak.'
+        ),
+    ] = None,
+    rate: Annotated[
+        float, typer.Option('--rate', min=0.1, max=200.0, help='Clouds a second.')
+    ] = 30.0,
+    reliable: Annotated[
+        bool, typer.Option('--reliable', help='Deliver clouds reliably.')
+    ] = False,
+    without_models: Annotated[
+        bool, typer.Option('--without-models', help='Objects are taken out of the clouds.')
+    ] = False,
+    all_pairs: Annotated[
+        bool, typer.Option('--all-pairs', help='All 12 scenes of each cloud instead of two.')
+    ] = False,
+    markdown: Annotated[
+        Path | None,
+        typer.Option('--markdown', metavar='OUT', help='Write the table.', show_default=False),
+    ] = None,
+    json_path: JsonOption = None,
+) -> None:  # fmt: skip
+    """Measure perception_node over DDS: clouds received, latency, age, processor, memory.
+
+    A publisher, the node and a subscriber run as processes of their own; needs ROS 2. The exit
+    code is 1 when clouds or scenes were lost.
+    """
+    Output(json_path)  # refuses a file that cannot be written before the work
+    flags = {'reliable': reliable, 'without-models': without_models, 'all-pairs': all_pairs}
+    arguments = [f'--{name}' for name, is_set in flags.items() if is_set]
+    for stream in streams or ():
+        arguments += ['--stream', stream.value]
+    seconds = duration if minutes is None else 60.0 * minutes
+    arguments += ['--duration', str(seconds), '--rate', str(rate)]
+    for name, path in (('json', json_path), ('markdown', markdown)):
+        if path is not None:
+            arguments += [f'--{name}', str(path)]
+    code = run_live_bench(arguments)
+    if code:
+        raise typer.Exit(code)
 
 
 def _steps(

@@ -76,6 +76,8 @@ class LazyGroup(TyperGroup):
         for entry in self.entries:
             command = entry.load()
             if isinstance(command, TyperGroup):
+                if command.invoke_without_command:
+                    loaded[entry.name] = command
                 loaded |= {f'{entry.name} {name}': sub for name, sub in command.commands.items()}
             else:
                 loaded[entry.name] = command

@@ -80,7 +80,7 @@ class Relations(ReportingGroup, LazyGroup):
         CommandEntry(
             'bench', LEARNING,
             'Time the steps on this machine: medians and spread after a warm-up.',
-            f'{_CLI}.bench_command:bench',
+            f'{_CLI}.bench_command:bench_app',
         ),
         CommandEntry(
             'version', LEARNING,

@@ -79,8 +79,9 @@ class ImitateNode(RelationsNode):
         self._standalone = Standalone(self, self._host, scenes)
 
     def close(self) -> None:
-        """Ends the worker and what runs on it."""
+        """Ends the worker and what runs on it, and the perception of this process."""
         self._host.worker.close()
+        self._standalone.close()
         self._recording.close()
 
     def destroy_node(self) -> None:

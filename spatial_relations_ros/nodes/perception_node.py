@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 import math
 import sys
 import threading
@@ -12,11 +11,9 @@ from typing import Any
 
 from geometry_msgs.msg import PoseStamped
 from sensor_msgs.msg import PointCloud2
-from spatial_relations_msgs.msg import Scene as SceneMsg
 from spatial_relations_msgs.msg import TrackedObjectArray
 from spatial_relations_msgs.srv import GetScene
 from tf2_msgs.msg import TFMessage
-from visualization_msgs.msg import MarkerArray
 
 from spatial_relations_ros.core import (
     CloudFormatError,
@@ -30,10 +27,10 @@ from spatial_relations_ros.nodes.perception_parameters import (
     PERCEPTION_PARAMETERS,
     make_assembler,
     make_pipeline,
-    ordered_pairs,
     pose_topic,
 )
 from spatial_relations_ros.nodes.perception_states import clouds_state, objects_state
+from spatial_relations_ros.nodes.scene_publisher import ScenePublisher
 from spatial_relations_ros.perception.border import (
     Frame,
     FrameResult,
@@ -56,7 +53,7 @@ from spatial_relations_ros.ros.conversions import (
     scene_to_msg,
 )
 from spatial_relations_ros.ros.diagnostics import State
-from spatial_relations_ros.ros.markers import object_markers
+from spatial_relations_ros.ros.latency import Latencies
 from spatial_relations_ros.ros.relations_node import RelationsNode
 from spatial_relations_ros.ros.running import run_node
 
@@ -87,9 +84,8 @@ class PerceptionNode(RelationsNode):
         self._result_lock = threading.Lock()
         self._latest: FrameResult | None = None
         self._latest_arrival_sec = -math.inf
-        self._last_published_sec = -math.inf
-        self._scene_publisher = self.create_publisher(SceneMsg, '~/scenes', qos.SCENES)
-        self._marker_publisher = self.create_publisher(MarkerArray, '~/markers', qos.SCENES)
+        self._latencies = Latencies()
+        self._scenes = ScenePublisher(self)
         self._recording = NodeRecording(self)
         self._worker = FrameWorker(
             make_assembler(self.parameters),
@@ -104,6 +100,17 @@ class PerceptionNode(RelationsNode):
         self.serve(GetScene, '~/get_scene', self._get_scene, may_wait=False)
         self.diagnostics.add_state('objects', self._objects_state)
         self.diagnostics.add_state('clouds', self._clouds_state)
+
+    def reset(self) -> str:
+        """Forgets objects, poses and moving transforms; models and static transforms stay."""
+        with self._worker.assembler() as assembler:
+            assembler.reset()
+        with self._pipeline_lock:
+            self._pipeline.reset()
+            with self._result_lock:
+                self._latest, self._latest_arrival_sec = None, -math.inf
+            self._latencies.clear()
+        return 'objects, tracked poses, moving transforms, waiting clouds, counters'
 
     def close(self) -> None:
         """Ends the thread of perception."""
@@ -167,6 +174,7 @@ class PerceptionNode(RelationsNode):
     def _on_points(self, msg: PointCloud2) -> None:
         if not msg.header.frame_id:
             raise CloudFormatError('the cloud comes without a frame_id')
+        self._latencies.arrived(stamp_ns(msg.header.stamp))
         cloud = read_xyz(msg)
         now_ns = self.get_clock().now().nanoseconds
         with self._worker.assembler() as assembler:
@@ -176,6 +184,7 @@ class PerceptionNode(RelationsNode):
         """On the worker's thread: nothing that goes wrong with a frame may end it."""
         try:
             self._step(frame)
+            self._latencies.done(frame.stamp_ns)
         except Exception as error:
             if self.context.ok():  # else publishers are gone, and so is the log
                 self.report_bad(POINTS, error)
@@ -183,38 +192,13 @@ class PerceptionNode(RelationsNode):
     def _step(self, frame: Frame) -> None:
         with self._pipeline_lock:
             result = self._pipeline.step(frame)
-        with self._result_lock:
-            self._latest, self._latest_arrival_sec = result, time.monotonic()
+            with self._result_lock:
+                self._latest, self._latest_arrival_sec = result, time.monotonic()
         self._recording.record(result.stamp_ns, lambda to: log_frame(to, result))
         if result.problem is not None:
             self.report_bad(POINTS, InvalidSceneError(result.problem))
             return
-        self._publish(result)
-
-    def _publish(self, result: FrameResult) -> None:
-        """Scenes and markers, when someone listens, at most at ``publish_rate``."""
-        now_sec = time.monotonic()
-        if now_sec - self._last_published_sec < 1.0 / self.parameters.number('publish_rate'):
-            return
-        self._last_published_sec = now_sec
-        header = header_to_msg(result.stamp_ns, result.frame_id)
-        if self._marker_publisher.get_subscription_count():
-            objects = result.objects.values()
-            self._marker_publisher.publish(object_markers(objects, header, namespace='objects'))
-        if not self._scene_publisher.get_subscription_count():
-            return
-        pairs: Sequence[tuple[str, str]] = ordered_pairs(self.parameters.texts('pairs'))
-        pairs = pairs or list(itertools.permutations(result.objects, 2))
-        messages = {
-            object_id: scene_object_to_msg(scene_object, header)
-            for object_id, scene_object in result.objects.items()
-        }
-        for base_id, relative_id in pairs:
-            if base_id in messages and relative_id in messages:
-                scene = SceneMsg(
-                    header=header, base=messages[base_id], relative=messages[relative_id]
-                )
-                self._scene_publisher.publish(scene)
+        self._scenes.publish(result)
 
     def _get_scene(self, request: GetScene.Request, response: GetScene.Response) -> None:
         object_ids = list(request.object_ids)
@@ -250,7 +234,7 @@ class PerceptionNode(RelationsNode):
 
     def _clouds_state(self) -> State:
         with self._worker.assembler() as assembler:
-            return clouds_state(assembler)
+            return clouds_state(assembler, self._latencies)
 
     def _objects_state(self) -> State:
         with self._result_lock:
@@ -274,7 +258,7 @@ def _fill_others(
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Runs the node until it is asked to stop; returns the exit code."""
-    return run_node(PerceptionNode, arguments)
+    return run_node(PerceptionNode, arguments, may_wait=False)
 
 
 if __name__ == '__main__':

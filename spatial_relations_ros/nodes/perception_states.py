@@ -10,14 +10,16 @@ from spatial_relations_ros.perception.assembler import FrameAssembler
 from spatial_relations_ros.perception.border import FrameResult
 from spatial_relations_ros.perception.track_state import TrackState
 from spatial_relations_ros.ros.diagnostics import OK, WARN, State
+from spatial_relations_ros.ros.latency import Latencies
 
 AGE = 'age_sec'
 
 
-def clouds_state(assembler: FrameAssembler) -> State:
-    """How many clouds wait, and how many were given up, by reason."""
+def clouds_state(assembler: FrameAssembler, latencies: Latencies) -> State:
+    """How many clouds were handled and how fast, and how many were given up, by reason."""
     dropped = assembler.dropped
     values: dict[str, object] = {'dropped': dropped.total(), 'waiting': assembler.num_clouds}
+    values |= latencies.values()
     values |= {f'dropped: {reason}': count for reason, count in sorted(dropped.items())}
     return State(OK, f'{dropped.total()} dropped' if dropped else 'none dropped', values)
 

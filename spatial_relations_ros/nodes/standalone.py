@@ -12,6 +12,7 @@ from spatial_relations_ros.nodes.perception_node import PerceptionNode
 from spatial_relations_ros.nodes.scene_client import SceneClient
 from spatial_relations_ros.ros.diagnostics import ERROR, OK, State
 from spatial_relations_ros.ros.relations_node import RelationsNode
+from spatial_relations_ros.ros.running import NodeThread
 
 PERIOD_SEC = 0.1
 
@@ -29,10 +30,18 @@ class Standalone:
             1e9 * node.parameters.number('discovery_time')
         )
         self._state = State(OK, 'looking for a perception node')
+        self._perception: NodeThread | None = None
         node.diagnostics.add_state('standalone', lambda: self._state)
         self._timer = node.create_timer(
             PERIOD_SEC, self._decide, callback_group=MutuallyExclusiveCallbackGroup()
         )
+
+    def close(self) -> None:
+        """Ends the perception of this process; what else was started ends with its executor."""
+        self._timer.cancel()
+        if self._perception is not None:
+            self._perception.close()
+            self._perception = None
 
     def _decide(self) -> None:
         if self._mode == 'false':
@@ -69,7 +78,9 @@ class Standalone:
             reason = self._node.report_bad('standalone', error)
             self._state = State(ERROR, f'perception and metric do not run: {reason}')
             return
-        for node in made:
-            self._node.executor.add_node(node)
+        perception, metric = made
+        # Clouds come often: they must not share the executor of those who wait (see run_node).
+        self._perception = NodeThread(perception)
+        self._node.executor.add_node(metric)
         self._finish('on: perception and metric run in this process')
         self._node.get_logger().info(self._state.message)

@@ -91,6 +91,14 @@ class FrameAssembler:
         """How many clouds wait."""
         return len(self._clouds)
 
+    def reset(self) -> None:
+        """Forgets everything that waits, and what was counted."""
+        for queue in (self._tracks, self._transforms, self._faults, self._clouds):
+            queue.clear()
+        self._heard = HeardObjects(self._jump_back_ns)
+        self._last_stamp_ns = None
+        self.dropped.clear()
+
     def add_tracks(self, tracks: Iterable[TrackedPose], faults: Iterable[TrackFault] = ()) -> None:
         """Keeps tracked poses and those that could not be read."""
         for track in tracks:

@@ -85,6 +85,11 @@ class Diagnostics:
         with self._lock:
             self._traffic.setdefault(topic, _Traffic())
 
+    def clear(self) -> None:
+        """Counts from zero again."""
+        with self._lock:
+            self._traffic = {topic: _Traffic() for topic in self._traffic}
+
     def count(self, topic: str) -> None:
         """Counts a message or request."""
         with self._lock:

@@ -11,6 +11,7 @@ from typing import Any
 from rclpy.callback_groups import MutuallyExclusiveCallbackGroup, ReentrantCallbackGroup
 from rclpy.node import Node
 from rclpy.qos import QoSProfile
+from std_srvs.srv import Trigger
 
 from spatial_relations_ros.core import ConfigError, SpatialRelationsError
 from spatial_relations_ros.ros import qos as profiles
@@ -52,6 +53,21 @@ class RelationsNode(Node):
         # Requests may overlap: each waits on its own thread.
         self.requests_group = ReentrantCallbackGroup()
         self._places = threading.BoundedSemaphore(MAX_WAITING_REQUESTS)
+        self.serve(Trigger, '~/reset', self._on_reset, may_wait=False)
+
+    def reset(self) -> str:
+        """Brings the node's memory to the state after the start; parameters stay.
+
+        Returns:
+            What was forgotten, in words.
+        """
+        return 'counters'
+
+    def _on_reset(self, _: Trigger.Request, response: Trigger.Response) -> None:
+        forgotten = self.reset()
+        self.diagnostics.clear()
+        self.get_logger().info(f'reset on request: {forgotten}')
+        response.success, response.message = True, f'forgotten: {forgotten}'
 
     def close(self) -> None:
         """Stops what the node runs beside its callbacks; called before it is destroyed."""

@@ -1,0 +1,1 @@
+"""The live benchmark: a publisher, the real perception node, and a subscriber that measures."""
