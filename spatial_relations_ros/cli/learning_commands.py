@@ -21,7 +21,10 @@ def train(
     folder: DatasetArgument,
     out: Annotated[Path, typer.Option('--out', metavar='FILE', help='Weights (.safetensors).')],
     config: Annotated[
-        str, typer.Option('--config', help='One of default, jund2018, paper, released.')
+        str,
+        typer.Option(
+            '--config', help='One of default, multi_similarity, jund2018, paper, released.'
+        ),
     ] = 'default',
     steps: Annotated[
         int | None,

@@ -16,6 +16,7 @@ from spatial_relations_ros.learning.losses import (
     neighbourhood_loss,
     triplet_contrastive_loss,
 )
+from spatial_relations_ros.learning.multi_similarity import MultiSimilarity
 from spatial_relations_ros.learning.training_config import TrainingConfig
 from spatial_relations_ros.learning.training_set import TrainingSet
 from spatial_relations_ros.learning.views import augment, lift_and_tilt, random_poses
@@ -32,6 +33,7 @@ class BatchLoss(nn.Module):
         self.config = config
         self.projection = make_encoder(config.encoder).projection
         self.ratio = RatioLoss()
+        self.multi_similarity = MultiSimilarity()
 
     def forward(
         self, training_set: TrainingSet, embed: Embed, generator: torch.Generator
@@ -71,12 +73,15 @@ class BatchLoss(nn.Module):
         self, embeddings: Tensor, labels: Tensor, strays: Tensor, generator: torch.Generator
     ) -> Tensor:
         name = self.config.loss
-        if name in ('all_pairs', 'neighbourhood'):
+        if name in ('all_pairs', 'neighbourhood', 'multi_similarity'):
             # Scenes at random poses are like nothing else, not even like each other.
             alone = -1 - torch.arange(len(strays), device=labels.device)
             everything, classes = torch.cat([embeddings, strays]), torch.cat([labels, alone])
             if name == 'all_pairs':
                 return all_pairs_contrastive_loss(everything, classes)
+            if name == 'multi_similarity':
+                of_pairs: Tensor = self.multi_similarity(everything, classes)
+                return of_pairs
             return neighbourhood_loss(everything, classes)
         positive, negative = _triplets(labels, generator)
         anchor, others = embeddings, embeddings[negative]

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from spatial_relations_ros.core import ConfigError
 
-LOSSES = ('all_pairs', 'neighbourhood', 'triplet', 'ratio')
+LOSSES = ('all_pairs', 'neighbourhood', 'multi_similarity', 'triplet', 'ratio')
 OPTIMIZERS = ('adamw', 'sgdr')
 PRECISIONS = ('float32', 'bfloat16')
 
@@ -21,7 +21,7 @@ class TrainingConfig:
         steps: optimiser steps.
         scenes_per_class: scenes of each relation in a batch.
         num_points: points an object, drawn anew for each use.
-        loss: ``all_pairs``, ``neighbourhood``, ``triplet`` (the paper's)
+        loss: ``all_pairs``, ``neighbourhood``, ``multi_similarity``, ``triplet`` (the paper's)
             or ``ratio`` (the released code's); see :mod:`spatial_relations_ros.learning.losses`.
         optimizer: ``adamw`` with one warm-up and cosine decay, or ``sgdr`` (the paper's).
         learning_rate: its peak.
@@ -107,6 +107,7 @@ CONFIGS: dict[str, TrainingConfig] = {
         _DEFAULT, encoder='jund2018', steps=400, scenes_per_class=5, num_points=2048,
         learning_rate=7e-4, lifted_clones=5,
     ),
+    'multi_similarity': dataclasses.replace(_DEFAULT, loss='multi_similarity'),
     'paper': _PAPER,
     'released': dataclasses.replace(
         _PAPER, encoder='jund2018_released', loss='ratio', random_negatives=0.2

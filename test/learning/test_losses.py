@@ -14,6 +14,7 @@ from spatial_relations_ros.learning.losses import (
     neighbourhood_loss,
     triplet_contrastive_loss,
 )
+from spatial_relations_ros.learning.multi_similarity import MultiSimilarity
 
 
 def embeddings(num, seed, dim=5):
@@ -84,6 +85,33 @@ def test_neighbourhood_loss_equals_a_naive_double_loop(seed):
                 pairs += 1
     loss = neighbourhood_loss(vectors, torch.tensor(labels))
     assert float(loss) == pytest.approx(total / pairs)
+
+
+@pytest.mark.parametrize('seed', [0, 1, 2])
+def test_multi_similarity_loss_equals_a_naive_loop(seed):
+    torch.manual_seed(seed)
+    vectors = 0.5 * torch.randn(9, 3, dtype=torch.float64)
+    labels = [0, 0, 1, 1, 1, 2, 2, -1, -2]
+    total = 0.0
+    for i in range(9):
+        apart = {j: float((vectors[i] - vectors[j]).norm()) for j in range(9) if j != i}
+        alike = {j: d for j, d in apart.items() if labels[j] == labels[i]}
+        unlike = {j: d for j, d in apart.items() if labels[j] != labels[i]}
+        hardest = max(alike.values(), default=-math.inf), min(unlike.values())
+        pulled = [d for d in alike.values() if d > hardest[1] - 0.1]
+        pushed = [d for d in unlike.values() if d < hardest[0] + 0.1]
+        total += math.log1p(sum(math.exp(2.0 * (d - 0.6)) for d in pulled)) / 2.0
+        total += math.log1p(sum(math.exp(10.0 * (0.6 - d)) for d in pushed)) / 10.0
+    loss = MultiSimilarity()(vectors, torch.tensor(labels))
+    assert float(loss) == pytest.approx(total / 9, rel=1e-6)
+
+
+def test_multi_similarity_loss_of_scenes_without_a_pair_is_zero_with_a_gradient():
+    vectors = torch.zeros(2, 3, requires_grad=True)
+    loss = MultiSimilarity()(vectors, torch.tensor([0, 1]))
+    loss.backward()
+    assert float(loss.detach()) == 0.0
+    assert vectors.grad is not None
 
 
 def test_graded_loss_wants_distances_in_proportion_to_the_measures():

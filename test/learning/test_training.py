@@ -164,7 +164,7 @@ def test_a_relation_with_one_scene_is_refused(solids):
 
 
 def test_an_unknown_configuration_names_the_known_ones():
-    with pytest.raises(ConfigError, match='default, jund2018, paper'):
+    with pytest.raises(ConfigError, match='default, jund2018, multi_similarity, paper'):
         training_config('best')
 
 
