@@ -10,8 +10,8 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[2]
 # Beginnings of the reasons for which commands are not run.
 REASONS = (
-    'needs sudo', 'needs a ROS 2 host', 'needs two processes', 'takes minutes', 'takes hours',
-    'is run in docs/tutorials/train.md',
+    'needs sudo', 'needs a ROS 2 host', 'needs two processes', 'needs bags of yours',
+    'takes minutes', 'takes hours', 'is run in docs/tutorials/train.md',
 )  # fmt: skip
 # Pages of measurements: their commands are checked, not run.
 MEASUREMENTS = {
