@@ -106,8 +106,10 @@ class _Imitation:
             self._descend_freely(current)
         elif self._keep_going(0):
             self._place()
-        ranked = distinct(self.maker.rank(self.answers), self.objective.extent)
-        return self._result(tuple(ranked[: self.options.num_answers]), self.history)
+        best, *others = distinct(self.maker.rank(self.answers), self.objective.extent)
+        # The nearest attempt is told where nothing succeeded; a further one is no alternative.
+        answers = [best, *(answer for answer in others if self._is_success(answer))]
+        return self._result(tuple(answers[: self.options.num_answers]), self.history)
 
     def _as_it_stands(self, current: PoseBatch) -> ImitationAnswer:
         """The test scene as an answer, with what its arrangement adds to the distance."""

@@ -18,7 +18,7 @@ class ImitationOptions:
 
     Attributes:
         movable: which of ``base`` and ``relative`` may move.
-        num_answers: how many distinct answers to return at most.
+        num_answers: how many distinct answers to return at most; all but the first are successes.
         time_budget_sec: after 90 % of it only the best answer is finished; None or 0 for no
             limit.
         keep_heading: also keep the horizontal direction of the demonstration.

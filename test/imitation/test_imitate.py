@@ -97,6 +97,8 @@ def test_several_answers_are_distinct_and_ranked(metric, on_top, apart):
         for answer in answers
     ]
     assert keys == sorted(keys)
+    # The scene as it stands and attempts that failed are no alternatives.
+    assert not any(failed for failed, _ in keys[1:])
     for i, first in enumerate(answers):
         for second in answers[i + 1 :]:
             a, b = first.placements[1].target, second.placements[1].target
