@@ -92,6 +92,9 @@ def imitate(
     keep_upright: Annotated[
         bool, typer.Option('--keep-upright', help='Turn what is placed about the vertical only.')
     ] = False,
+    keep_on_table: Annotated[
+        bool, typer.Option('--keep-on-table', help='Leave what is placed standing on the table.')
+    ] = False,
     num_proposals: Annotated[
         int | None,
         typer.Option('--proposals', min=1, help='Placements to compare.', show_default=False),
@@ -183,6 +186,7 @@ def imitate(
         num_answers=num_answers,
         keep_heading=keep_heading,
         keep_upright=keep_upright,
+        keep_on_table=keep_on_table,
         num_proposals=num_proposals or ImitationOptions.num_proposals,
         time_budget_sec=time_budget or None,
         max_steps=ImitationOptions.max_steps if max_steps is None else max_steps,

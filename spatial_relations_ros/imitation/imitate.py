@@ -26,10 +26,18 @@ from spatial_relations_ros.imitation.result import (
     ProgressCallback,
 )
 from spatial_relations_ros.imitation.search import Candidate, PlacementSearch
+from spatial_relations_ros.imitation.stages import (
+    CHECKS,
+    PREPARATION,
+    PROPOSALS,
+    REFINEMENT,
+    Stages,
+)
 from spatial_relations_ros.imitation.tabletop import Tabletop
 from spatial_relations_ros.learning import RelationMetric
 
 _MAX_CHECKS = 16
+_CHECKS_AFTER_STOP = 3
 # Of the distance of similar relations: nothing beyond is worth a check.
 _HOPELESS = 1.2
 _CLEAR = 0.6
@@ -64,8 +72,7 @@ def imitate(
         reference: the demonstration.
         test: the objects to place, where they stand now.
         options: settings; None for the defaults.
-        on_progress: called after each handful of proposals and after each step; returning False
-            cancels.
+        on_progress: called after each proposal, check and step; returning False cancels.
 
     Raises:
         ImitationError: when the test objects are so large or far apart that the numbers are not
@@ -88,19 +95,24 @@ class _Imitation:
         self.start_time = time.monotonic()
         self.options, self.on_progress = options, on_progress
         self.reference, self.test = reference, test
-        self.objective = make_objective(metric, reference, test, options)
+        self.stages = Stages()
+        with self.stages.timed(PREPARATION):
+            self.objective = make_objective(metric, reference, test, options)
         self.movable = (ROLES[0] in options.movable, ROLES[1] in options.movable)
         self.maker = AnswerMaker(test, self.objective, options, self.movable)
         self.answers: list[ImitationAnswer] = []
         self.best: ImitationAnswer
-        self.cancelled = self.stopped = False
+        self.cancelled = self.stopped = self.late = False
         self.num_steps = 0
         self.history: list[float] = []
 
     def run(self) -> ImitationResult:
         """Proposals, refinement, checks; at every moment there is a best answer."""
-        current = evaluate(self.objective, *pose_tensors([self.test], self.objective.origin))
-        self._add([self._as_it_stands(current)])
+        base, relative = (item.world_from_object for item in self.test.objects)
+        poses = pose_tensors([(base, relative)], self.objective.origin)
+        with self.stages.timed(CHECKS):
+            current = evaluate(self.objective, *poses)
+            self._add([self._as_it_stands(current)])
         self.history.append(self.best.distance)
         if self.options.physics_weight == 0.0:
             self._descend_freely(current)
@@ -127,19 +139,53 @@ class _Imitation:
 
     def _place(self) -> None:
         """Looks for placements at rest, refines the nearest, checks what comes out."""
+        with self.stages.timed(PREPARATION):
+            search = self._search()
+        with self.stages.timed(PROPOSALS):
+            found = self._proposed(search)
+        if not self.stopped and self.options.max_steps:
+            with self.stages.timed(REFINEMENT):
+                starts = _unlike(found, self.objective.extent)[: self.options.num_starts]
+                refined, _ = self._refine(search.batch(starts))
+                found += search.refined(refined, starts)
+            self._note(found)
+        tried: set[Candidate] = set()
+        self._check(search, found, tried)
+        for _ in range(_MAX_MORE if self.options.propose else 0):
+            if self._is_clear(self.best) or not self._keep_going(self.num_steps):
+                break
+            # Nothing near the demonstration stays: look on around what was not tried yet.
+            with self.stages.timed(PROPOSALS):
+                untried = [c for c in found if c not in tried] or found
+                found += search.more(untried)
+                if self._keep_going(self.num_steps):
+                    found += search.resting(untried)
+            self._note(found)
+            self._check(search, found, tried)
+        if not self._is_success(self.best) and self._keep_going(self.num_steps):
+            # What stays and is arranged alike is a better attempt than what is near and falls.
+            alike = [c for c in found if search.is_alike(c)]
+            self._check(search, alike, tried, farthest=math.inf)
+
+    def _search(self) -> PlacementSearch:
         tabletop = Tabletop.of(
             self.objective.shapes,
             self.test.base.world_from_object,
             self.objective.table_height,
         )
-        search = PlacementSearch(
+        return PlacementSearch(
             self.test,
             self.objective,
             tabletop,
             self.movable,
             self.options,
             arrangement=demonstrated_arrangement(self.reference),
+            stages=self.stages,
+            keep_going=lambda: self._keep_going(self.num_steps),
         )
+
+    def _proposed(self, search: PlacementSearch) -> list[Candidate]:
+        """What was proposed and compared, or the scene as it stands; a stop ends it early."""
         found: list[Candidate] = []
         if self.options.propose:
             for chunk in search.run():
@@ -150,27 +196,7 @@ class _Imitation:
         if not found:
             poses = self.test.base.world_from_object, self.test.relative.world_from_object
             found = search.measured([Candidate(poses, math.inf, math.inf)])
-        if not self.stopped and self.options.max_steps:
-            starts = _unlike(found, self.objective.extent)[: self.options.num_starts]
-            refined, _ = self._refine(search.batch(starts))
-            found += search.refined(refined, starts)
-            self._note(found)
-        tried: set[Candidate] = set()
-        self._check(search, found, tried)
-        for _ in range(_MAX_MORE if self.options.propose else 0):
-            if self._is_clear(self.best) or not self._keep_going(self.num_steps):
-                break
-            # Nothing near the demonstration stays: look on around what was not tried yet.
-            untried = [c for c in found if c not in tried] or found
-            found += search.more(untried)
-            if self._keep_going(self.num_steps):
-                found += search.resting(untried)
-            self._note(found)
-            self._check(search, found, tried)
-        if not self._is_success(self.best) and self._keep_going(self.num_steps):
-            # What stays and is arranged alike is a better attempt than what is near and falls.
-            alike = [c for c in found if search.is_alike(c)]
-            self._check(search, alike, tried, farthest=math.inf)
+        return found
 
     def _check(
         self,
@@ -184,11 +210,23 @@ class _Imitation:
 
         Those that were looked at are added to the tried ones, which are not looked at again.
         """
+        with self.stages.timed(CHECKS):
+            self._make_answers(search, found, tried, farthest)
+
+    def _make_answers(
+        self,
+        search: PlacementSearch,
+        found: list[Candidate],
+        tried: set[Candidate],
+        farthest: float,
+    ) -> None:
         wanted = self.options.num_answers + _SPARE_ANSWERS
         nearest: Candidate | None = None
         num_feasible = 0.0
         untried = [candidate for candidate in found if candidate not in tried]
-        for candidate in _unlike(untried, self.objective.extent)[:_MAX_CHECKS]:
+        # After a stop only the best one that can rest is finished, so that the stop is prompt.
+        at_most = _CHECKS_AFTER_STOP if self.stopped else _MAX_CHECKS
+        for candidate in _unlike(untried, self.objective.extent)[:at_most]:
             if candidate.distance > farthest * self.objective.similar_distance and nearest:
                 break
             exact = search.settled(candidate)
@@ -205,7 +243,6 @@ class _Imitation:
                     [self.maker.handicapped(answer, steady=steady, alike=alike, extra=extra)]
                 )
                 num_feasible += answer.feasible * _worth(steady=steady, alike=alike)
-            # After a stop only the best one is finished, so that the stop is prompt.
             if num_feasible >= wanted or not self._keep_going(self.num_steps):
                 break
         if nearest is not None and not self._is_success(self.best):
@@ -259,8 +296,8 @@ class _Imitation:
             progress = ImitationProgress(step, best.distance, best.feasible, best)
             self.cancelled = not self.on_progress(progress)
         budget = self.options.time_budget_sec or math.inf
-        is_late = time.monotonic() - self.start_time > _BUDGET_SHARE * budget
-        self.stopped = self.stopped or self.cancelled or is_late
+        self.late = self.late or time.monotonic() - self.start_time > _BUDGET_SHARE * budget
+        self.stopped = self.stopped or self.cancelled or self.late
         return not self.stopped
 
     def _result(
@@ -272,14 +309,23 @@ class _Imitation:
         similar_distance = self.objective.similar_distance
         return ImitationResult(
             success=self._is_success(best),
-            message=_message(best, history[0], similar_distance, cancelled=self.cancelled),
+            message=self._reason() + _message(best, history[0], similar_distance),
             answers=answers,
             distance_history=np.array(history, dtype=np.float32),
             initial_distance=history[0],
             duration_sec=time.monotonic() - self.start_time,
             num_steps=self.num_steps,
             cancelled=self.cancelled,
+            stage_seconds=self.stages.seconds,
         )
+
+    def _reason(self) -> str:
+        """Why the search ended early; empty when it did not, or found what was asked for."""
+        if self.cancelled:
+            return 'cancelled; best answer so far: '
+        if self.late and not self._is_success(self.best):
+            return f'the time budget of {self.options.time_budget_sec:g} s was too short: '
+        return ''
 
 
 def _worth(*, steady: bool, alike: bool) -> float:
@@ -301,12 +347,8 @@ def _unlike(candidates: list[Candidate], extent: float) -> list[Candidate]:
     return [ranked[idx] for idx in kept]
 
 
-def _message(
-    best: ImitationAnswer, initial_distance: float, similar_distance: float, *, cancelled: bool
-) -> str:
+def _message(best: ImitationAnswer, initial_distance: float, similar_distance: float) -> str:
     fell = f'distance {initial_distance:.2f} before, {best.distance:.2f} after'
-    if cancelled:
-        return f'cancelled; best answer so far: {fell}'
     if best.distance >= similar_distance:
         return (
             f'no placement was found that is similar to the demonstration: {fell}; '

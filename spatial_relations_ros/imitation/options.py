@@ -24,6 +24,8 @@ class ImitationOptions:
         keep_heading: also keep the horizontal direction of the demonstration.
         keep_upright: leave what is moved in the orientation in which it stands, but for its
             heading.
+        keep_on_table: leave what is moved standing on the table, beside the other object or
+            leaning on it.
         propose: start from placements proposed from the shapes, not only from the current one.
         num_proposals: how many of them are compared with the demonstration.
         num_starts: how many of the nearest are refined by gradient descent. With one start and
@@ -53,6 +55,7 @@ class ImitationOptions:
     time_budget_sec: float | None = None
     keep_heading: bool = False
     keep_upright: bool = False
+    keep_on_table: bool = False
     propose: bool = True
     num_proposals: int = 96
     num_starts: int = 3

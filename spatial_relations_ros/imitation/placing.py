@@ -19,6 +19,7 @@ from spatial_relations_ros.imitation.manipulation import Move, check_obstacles
 from spatial_relations_ros.imitation.manipulation.approach import Approach
 from spatial_relations_ros.imitation.manipulation.moves import MovePlanner
 from spatial_relations_ros.imitation.options import ImitationOptions
+from spatial_relations_ros.imitation.reaching import Reaching
 from spatial_relations_ros.imitation.result import ObjectPlacement
 from spatial_relations_ros.imitation.shape import Shape
 
@@ -77,6 +78,10 @@ class Placing:
         return Placed((placements[0], placements[1]), tuple(violations), order)
 
     @cached_property
+    def _reaching(self) -> Reaching:
+        return Reaching(self.test, self.shapes, self.movable, self.options)
+
+    @cached_property
     def _planner(self) -> MovePlanner:
         base, relative = (
             Body(shape, item.world_from_object)
@@ -122,7 +127,7 @@ class Placing:
             problems.append(
                 f'{name} could not be brought there: no straight way of {length:.2f} m is free'
             )
-        unreached = self._unreached(idx, target.pose, approach_pose)
+        unreached = self._reaching.problems(idx, target.pose, approach_pose)
         if approach is not None:
             problems += unreached
         grasp = self.options.grasps.get(name)
@@ -139,21 +144,3 @@ class Placing:
             gripper_approach=None if grasp is None else approach_pose @ grasp,
         )
         return placement, problems
-
-    def _unreached(self, idx: int, target: Pose, approach: Pose) -> Sequence[str]:
-        """Why no arm takes the object from where it is to its target.
-
-        An arm must reach the gripper where the grasp is known, else the middle of the object.
-        """
-        item, points = self.test.objects[idx], self.shapes[idx].points
-        if self.options.arm is None:
-            return ()
-        grasp = self.options.grasps.get(item.object_id)
-        middle = 0.5 * (points.min(axis=0) + points.max(axis=0))
-        held = middle if grasp is None else grasp.translation
-        places = {
-            'is now': item.world_from_object.apply(held),
-            'would be': target.apply(held),
-            'would be approached': approach.apply(held),
-        }
-        return self.options.arm.problems(item.object_id, places)

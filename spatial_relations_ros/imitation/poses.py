@@ -8,17 +8,21 @@ import numpy as np
 import torch
 from numpy.typing import NDArray
 
-from spatial_relations_ros.core import Pose, Scene
+from spatial_relations_ros.core import Pose
 from spatial_relations_ros.imitation.pose_optimizer import PoseBatch
 
 
 def pose_tensors(
-    scenes: Sequence[Scene], origin: NDArray[np.float64]
+    pairs: Sequence[tuple[Pose, Pose]], origin: NDArray[np.float64]
 ) -> tuple[torch.Tensor, torch.Tensor]:
-    """Rotations (K, 2, 3, 3) and translations (K, 2, 3), from an origin (3,), of scenes."""
-    poses = [[item.world_from_object for item in scene.objects] for scene in scenes]
-    rotations = np.array([[pose.rotation for pose in pair] for pair in poses])
-    translations = np.array([[pose.translation - origin for pose in pair] for pair in poses])
+    """Rotations (K, 2, 3, 3) and translations (K, 2, 3), from an origin (3,), of pairs.
+
+    Args:
+        pairs: world_from_object of base and relative.
+        origin: (3,) in the world, metres.
+    """
+    rotations = np.array([[pose.rotation for pose in pair] for pair in pairs])
+    translations = np.array([[pose.translation - origin for pose in pair] for pair in pairs])
     return torch.from_numpy(rotations).float(), torch.from_numpy(translations).float()
 
 

@@ -92,6 +92,7 @@ _LYING_CONTAINER_RULES: tuple[tuple[PlacingRule, Manner], ...] = (
     (place_inside_lying, Manner.LOWERED),
 )
 _LEANING = (Manner.LEANING, Manner.IN_RIM)
+_ON_TABLE = (Manner.BESIDE, Manner.LEANING)
 
 
 class Proposer:
@@ -108,6 +109,7 @@ class Proposer:
         rng: np.random.Generator,
         *,
         may_lean: bool = True,
+        on_table: bool = False,
         heading: FloatArray | None = None,
         spacing: float = 1.0,
     ) -> None:
@@ -119,6 +121,7 @@ class Proposer:
             orientations: (3, 3) each, in which it may stand before it is placed.
             rng: source of everything random.
             may_lean: whether it may be tilted.
+            on_table: whether it must stand on the table itself.
             heading: (2,) horizontal unit vector from the base to the relative to keep, or None.
             spacing: at which half of what stands beside the base is placed, 1 where they touch.
         """
@@ -130,7 +133,7 @@ class Proposer:
             for base in bases
             for rule, manner in _rules_for(base)
             for orientation in orientations
-            if may_lean or manner not in _LEANING
+            if (may_lean or manner not in _LEANING) and (not on_table or manner in _ON_TABLE)
         ]
 
     def draw(self, cell_idx: int) -> Proposal | None:

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -96,6 +96,7 @@ class ImitationResult:
         duration_sec: wall time.
         num_steps: optimiser steps of the refinement.
         cancelled: whether the caller asked to stop.
+        stage_seconds: wall time of each part of the work, by name.
     """
 
     success: bool
@@ -106,6 +107,7 @@ class ImitationResult:
     duration_sec: float
     num_steps: int
     cancelled: bool = False
+    stage_seconds: Mapping[str, float] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import itertools
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -20,6 +21,8 @@ from spatial_relations_ros.imitation.orientations import resting_orientations
 from spatial_relations_ros.imitation.pose_optimizer import PoseBatch, evaluate
 from spatial_relations_ros.imitation.poses import pose_tensors, row_poses
 from spatial_relations_ros.imitation.proposals import Proposal, Proposer
+from spatial_relations_ros.imitation.reaching import Reaching
+from spatial_relations_ros.imitation.stages import EMBEDDING, Stages
 from spatial_relations_ros.imitation.statics import rests
 from spatial_relations_ros.imitation.tabletop import Tabletop
 from spatial_relations_ros.placement.arrangement import Arrangement
@@ -36,6 +39,8 @@ _NUM_PARENTS = 5
 _NUM_DRAWN, _MOST_CELLS, _NUM_RESTING = 48, 16, 16
 # What does not have to be turned over is left as it stands.
 _TURN_WEIGHT = 0.08
+# What no arm reaches comes after all that one does.
+_OUT_OF_REACH = 1.0
 _STEADY_TILT_RAD = math.radians(8.0)
 _HAIR = 3e-4
 _NOT_CARRIED = 0.4
@@ -80,6 +85,8 @@ class PlacementSearch:
         options: ImitationOptions,
         *,
         arrangement: Arrangement | None = None,
+        stages: Stages | None = None,
+        keep_going: Callable[[], bool] = lambda: True,
     ) -> None:
         """Lists what can be proposed; see :class:`Proposer`.
 
@@ -90,8 +97,12 @@ class PlacementSearch:
             movable: whether base and relative may move.
             options: of the request.
             arrangement: of the demonstration, if that is known.
+            stages: where the time of embedding is counted.
+            keep_going: asked before each proposal; False ends the search.
         """
         self._arrangement = arrangement
+        self._stages, self._keep_going = stages or Stages(), keep_going
+        self._reaching = Reaching(test, objective.shapes, movable, options)
         self._test, self._objective, self._tabletop = test, objective, tabletop
         self._movable, self._options = movable, options
         self._rng = np.random.default_rng(options.seed)
@@ -114,6 +125,7 @@ class PlacementSearch:
             orientations,
             self._rng,
             may_lean=may_lean,
+            on_table=options.keep_on_table,
             heading=None if heading is None else heading.double().numpy(),
             spacing=float(objective.layout.spacing[0]),
         )
@@ -128,7 +140,8 @@ class PlacementSearch:
         # Each kind once, in random order, before any comes twice.
         order = [idx for _ in range(-(-wide // cells)) for idx in self._rng.permutation(cells)]
         for start in range(0, wide, _CHUNK):
-            drawn = [self._proposer.draw(idx) for idx in order[start : min(start + _CHUNK, wide)]]
+            picked = order[start : min(start + _CHUNK, wide)]
+            drawn = self._while_wanted(self._proposer.draw(idx) for idx in picked)
             found += (chunk := self._compared(drawn))
             yield chunk
         for _ in range(max(self._options.num_proposals - wide, 0) // _CHUNK):
@@ -149,7 +162,9 @@ class PlacementSearch:
         best = sorted(found, key=lambda candidate: candidate.cost)
         cells = list(dict.fromkeys(c.proposal.cell for c in best if c.proposal is not None))
         cells = cells[:_MOST_CELLS]
-        drawn = [self._rested(self._proposer.draw(cell)) for cell in self._repeated(cells)]
+        drawn = self._while_wanted(
+            self._rested(self._proposer.draw(cell)) for cell in self._repeated(cells)
+        )
         at_rest = [proposal for proposal in drawn if proposal is not None]
         if self._arrangement is not None:
             wanted = self._arrangement
@@ -170,8 +185,13 @@ class PlacementSearch:
         best = sorted(found, key=lambda candidate: candidate.cost)
         parents = [c.proposal for c in best[:_NUM_PARENTS] if c.proposal is not None]
         cells = list(dict.fromkeys(c.proposal.cell for c in best if c.proposal is not None))
-        drawn = [self._proposer.vary(parent) for parent in parents]
-        return drawn + [self._proposer.draw(cell) for cell in cells[: _CHUNK - len(parents)]]
+        varied = (self._proposer.vary(parent) for parent in parents)
+        others = (self._proposer.draw(cell) for cell in cells[: _CHUNK - len(parents)])
+        return self._while_wanted(itertools.chain(varied, others))
+
+    def _while_wanted(self, drawn: Iterator[Proposal | None]) -> list[Proposal | None]:
+        """What is drawn until a stop: a chunk may take longer than a caller waits after one."""
+        return list(itertools.takewhile(lambda _: self._keep_going(), drawn))
 
     def settled(self, candidate: Candidate, *, exact: bool = True) -> Candidate | None:
         """The candidate brought to rest in its manner; its distance is not measured again.
@@ -252,13 +272,15 @@ class PlacementSearch:
         ]
 
     def manner_penalty(self, candidate: Candidate) -> float:
-        """For another arrangement than the demonstration's, and for turning things over."""
+        """For another arrangement than the demonstration's, turning things over, and reach."""
         if candidate.proposal is None:
             return 0.0
         now, proposal = self._now, candidate.proposal
         penalty = _TURN_WEIGHT * (
             turned_over(now[0], proposal.base) + turned_over(now[1], proposal.relative)
         )
+        if self._options.arm is not None and not self._reaching.reaches(candidate.poses):
+            penalty += _OUT_OF_REACH
         if self._arrangement is not None and self._options.layout_weight > 0.0:
             difference = arrangement_difference(self._arranged(proposal), self._arrangement)
             penalty += self._options.layout_weight * difference
@@ -299,12 +321,13 @@ class PlacementSearch:
         return self._evaluate([candidate.poses for candidate in candidates])
 
     def _evaluate(self, pairs: Sequence[PosePair]) -> PoseBatch:
-        scenes = [self._test.with_poses(*pair) for pair in pairs]
-        rotations, translations = pose_tensors(scenes, self._objective.origin)
-        return evaluate(self._objective, rotations, translations, at_rest=True)
+        rotations, translations = pose_tensors(pairs, self._objective.origin)
+        with self._stages.timed(EMBEDDING):
+            return evaluate(self._objective, rotations, translations, at_rest=True)
 
     def _compared(self, proposals: Sequence[Proposal | None]) -> list[Candidate]:
-        placed = [(p, self._poses(p)) for p in proposals if p is not None]
+        in_reach = [self._reaching.turned(p, self._poses) for p in proposals if p is not None]
+        placed = [(p, self._poses(p)) for p in in_reach]
         usable = [
             Candidate(poses, np.inf, np.inf, proposal.manner, proposal)
             for proposal, poses in placed

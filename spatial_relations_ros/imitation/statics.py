@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import weakref
+
 from spatial_relations_ros.imitation.contact import Body
 from spatial_relations_ros.imitation.solids import hand_scale, solid_of
 from spatial_relations_ros.placement.body import Placed
-from spatial_relations_ros.placement.contact import find_contacts, table_contacts
+from spatial_relations_ros.placement.contact import Contacts, find_contacts, table_contacts
 from spatial_relations_ros.placement.stability import (
     TABLE_TILT_RAD,
     RestingContacts,
@@ -15,6 +17,8 @@ from spatial_relations_ros.placement.stability import (
 
 # Placements are exact; poses of what stands already come from a tracker.
 _TRACKED_GAP = 0.0015
+
+Touching = tuple[Contacts, Contacts, Contacts]
 
 
 def stays(body: Body, other: Body, table_height: float) -> bool:
@@ -30,15 +34,35 @@ def stays(body: Body, other: Body, table_height: float) -> bool:
 
 def rests(placed: Placed, fixed: Placed, *, tilt_rad: float = TABLE_TILT_RAD) -> bool:
     """The same for bodies on the table z = 0, and for another tilt."""
-    on_table = table_contacts(placed)
-    between = find_contacts(fixed, placed)
+    on_table, between, below_other = _contacts(placed, fixed)
     if not holds_still(placed, [on_table, between], tilt_rad=tilt_rad):
         return False
-    below_other = table_contacts(fixed, gap=_TRACKED_GAP)
     if not holds_still(fixed, [below_other]):
         return True
     contacts = RestingContacts(below_other, on_table, between)
     return is_stable(fixed, placed, contacts, tilt_rad=tilt_rad)
+
+
+_known: weakref.WeakKeyDictionary[Placed, tuple[weakref.ref[Placed], Touching]] = (
+    weakref.WeakKeyDictionary()
+)
+
+
+def _contacts(placed: Placed, fixed: Placed) -> Touching:
+    """Of a body and the table, of both, of the other and the table.
+
+    Kept for the last pair of a body: it is asked for at two tilts.
+    """
+    known = _known.get(placed)
+    if known is not None and known[0]() is fixed:
+        return known[1]
+    touching = (
+        table_contacts(placed),
+        find_contacts(fixed, placed),
+        table_contacts(fixed, gap=_TRACKED_GAP),
+    )
+    _known[placed] = weakref.ref(fixed), touching
+    return touching
 
 
 def _placed(body: Body, table_height: float, scale: float) -> Placed:

@@ -72,6 +72,11 @@ IMITATE_PARAMETERS = (
         'keep_upright', False, 'Turn what is placed about the vertical only, as full cups need it.'
     ),
     ParameterSpec(
+        'keep_on_table',
+        False,
+        'Leave what is placed standing on the table, beside the other object or leaning on it.',
+    ),
+    ParameterSpec(
         'approach_height',
         DEFAULTS.approach_height,
         'Length of the straight way from the approach pose to the target, metres.',
@@ -108,6 +113,7 @@ def default_options(parameters: Parameters, seen_table_height: float | None) -> 
     return ImitationOptions(
         time_budget_sec=parameters.number('time_budget') or None,
         keep_upright=parameters.flag('keep_upright'),
+        keep_on_table=parameters.flag('keep_on_table'),
         num_proposals=parameters.integer('num_proposals'),
         num_starts=parameters.integer('num_starts'),
         max_steps=parameters.integer('max_steps'),

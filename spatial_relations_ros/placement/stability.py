@@ -127,18 +127,25 @@ def _wrenches(
     if not len(points):
         return np.zeros((6 * len(centres), 0))
     helper = np.where(np.abs(normals[:, :1]) < 0.7, [[1.0, 0.0, 0.0]], [[0.0, 1.0, 0.0]])
-    tangent_1 = np.cross(normals, helper)
+    tangent_1 = _cross(normals, helper)
     tangent_1 /= np.linalg.norm(tangent_1, axis=1, keepdims=True)
-    tangent_2 = np.cross(normals, tangent_1)
+    tangent_2 = _cross(normals, tangent_1)
     forces = np.concatenate(
         [normals + friction * t for t in (tangent_1, -tangent_1, tangent_2, -tangent_2)]
     )
     points = np.tile(points, (4, 1))
     rows = []
     for centre, sign in zip(centres, signs, strict=True):
-        torques = np.cross(points - centre, forces) / _LEVER
+        torques = _cross(points - centre, forces) / _LEVER
         rows += [sign * forces.T, sign * torques.T]
     return np.concatenate(rows)
+
+
+def _cross(first: FloatArray, second: FloatArray) -> FloatArray:
+    """Cross products (N, 3); a small part of the time of numpy's."""
+    forth, back = [1, 2, 0], [2, 0, 1]
+    crossed: FloatArray = first[:, forth] * second[:, back] - first[:, back] * second[:, forth]
+    return crossed
 
 
 def _spread(points: FloatArray) -> np.ndarray:

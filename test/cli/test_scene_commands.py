@@ -46,6 +46,28 @@ def assert_fits(value, schema, path='result'):
         assert type(value) is schema, f'{path}: {value!r}'
 
 
+def test_the_same_seed_gives_the_same_bytes_but_for_the_time(tmp_path, scene_files, weights):
+    from typer.testing import CliRunner
+
+    from spatial_relations_ros.cli.main import app
+
+    def answered(name, seed):
+        path = tmp_path / name
+        arguments = [
+            'imitate', *scene_files['reference'].options('reference'),
+            *scene_files['test'].options('test'), '--weights', str(weights), '--steps', '2',
+            '--proposals', '24', '--seed', seed, '--json', str(path),
+        ]  # fmt: skip
+        CliRunner().invoke(app, arguments)
+        lines = path.read_text().splitlines()
+        return [line for line in lines if '"duration"' not in line]
+
+    first = answered('first.json', '3')
+    assert len(first) > 20
+    assert first == answered('again.json', '3')
+    assert first != answered('other.json', '4')
+
+
 def test_the_schema_check_can_fail():
     for wrong in ({'a': 1, 'b': 2}, {}, {'a': 1.5}):
         with pytest.raises(AssertionError):

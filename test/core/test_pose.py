@@ -49,6 +49,18 @@ def test_matrix_round_trip(pose):
     assert Pose.from_matrix(pose.as_matrix()).is_close(pose, angle_rad=1e-5)
 
 
+@given(st.permutations([0, 1, 2, 3]), quaternions)
+def test_a_matrix_gives_its_quaternion_back_whichever_part_is_small(order, quat):
+    # From half turns about each axis to hardly any turn.
+    quat = (quat * np.array([1.0, 1e-3, 1e-6, 1e-9]))[list(order)]
+    quat = quat / max(np.linalg.norm(quat), 1e-12)
+    if np.linalg.norm(quat) < 0.5:
+        return
+    found = quat_wxyz_from_matrix(matrix_from_quat_wxyz(quat))
+    assert found[0] >= 0.0
+    np.testing.assert_allclose(abs(found @ quat), 1.0, atol=1e-12)
+
+
 @given(quaternions)
 def test_quaternion_order_round_trip(quat):
     np.testing.assert_array_equal(wxyz_from_xyzw(xyzw_from_wxyz(quat)), quat)

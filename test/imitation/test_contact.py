@@ -1,3 +1,4 @@
+import numpy as np
 import pytest
 
 from spatial_relations_ros.imitation.contact import Body, overlap, reach_through
@@ -25,3 +26,16 @@ def test_crossing_thin_walls_are_found_though_they_are_hardly_deep(solids):
     assert reach_through(beside, cup) == 0.0
     nested = body(solids.cup('other', 0.04, 0.1, (0, 0, 0.06), wall=0.002))
     assert reach_through(nested, cup) == 0.0
+
+
+def test_the_overlap_of_a_few_points_is_that_of_all(solids):
+    base = body(solids.cup('base', 0.05, 0.1, (0, 0, 0.05), wall=0.004))
+    rng = np.random.default_rng(0)
+    for _ in range(20):
+        other = solids.box('box', (0.05, 0.04, 0.06), (*rng.uniform(-0.08, 0.08, 2), 0.06))
+        moved = body(other)
+        every = min(
+            base.signed_distance(moved.world_points).min(),
+            moved.signed_distance(base.world_points).min(),
+        )
+        assert overlap(moved, base) == max(0.0, -float(every))

@@ -59,7 +59,7 @@ def test_a_plate_into_a_mug_is_refused_with_the_nearest_attempt(metric, inside, 
     assert not (result.answers[0].feasible and result.answers[0].distance < 0.5)
 
 
-@pytest.mark.parametrize('size', [0.02, 2.0])
+@pytest.mark.parametrize('size', [0.01, 2.0])
 def test_tiny_and_huge_objects_are_placed_too(metric, on_top, apart, size):
     factor = size / 0.3
 
@@ -83,6 +83,37 @@ def test_ten_milliseconds_still_give_an_answer_with_its_faults(metric, on_top, a
     best = result.answers[0]
     assert best.feasible == (not best.violations)
     assert result.success == (best.feasible and result.message.startswith('distance'))
+    assert result.success or result.message.startswith('the time budget of 0.01 s was too short')
+
+
+def test_what_must_stay_on_the_table_is_not_put_on_anything(metric, on_top, apart):
+    result = imitate(metric, on_top, apart, ImitationOptions(keep_on_table=True, max_steps=2))
+    assert not result.success
+    carton = result.answers[0].scene(apart).relative.world_points
+    assert carton[:, 2].min() == pytest.approx(0.0, abs=3e-3)
+
+
+def test_the_time_of_a_request_is_told_by_parts(metric, on_top, apart):
+    result = imitate(metric, on_top, apart, ImitationOptions(max_steps=2))
+    assert set(result.stage_seconds) == {
+        'preparation', 'proposals', 'embedding', 'refinement', 'checks'
+    }  # fmt: skip
+    assert all(seconds > 0.0 for seconds in result.stage_seconds.values())
+    assert sum(result.stage_seconds.values()) <= result.duration_sec
+
+
+def test_a_stop_is_asked_for_before_each_proposal(metric, on_top, apart):
+    asked = []
+
+    def stop_at_the_fifth(progress):
+        asked.append(progress.step)
+        return len(asked) < 5
+
+    result = imitate(metric, on_top, apart, on_progress=stop_at_the_fifth)
+    assert result.cancelled
+    # Fewer than the first eight, which are compared together.
+    assert len(asked) == 5
+    assert result.num_steps == 0
 
 
 def test_the_same_seed_gives_the_same_bytes_and_another_thread_count_the_same_relation(
