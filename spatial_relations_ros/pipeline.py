@@ -100,6 +100,14 @@ class Pipeline:
         """
         self._perception.add_transform(transform)
 
+    def configure(self, config: PerceptionConfig) -> None:
+        """Uses other settings from the next frame on; objects are confirmed anew.
+
+        Raises:
+            ConfigError: for another world frame or other limits of transforms.
+        """
+        self._perception.configure(config)
+
     def reset(self) -> None:
         """Forgets tracked poses, moving transforms and the last result."""
         self._perception.reset()

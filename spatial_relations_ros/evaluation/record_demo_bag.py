@@ -3,7 +3,8 @@
     python -m spatial_relations_ros.evaluation.record_demo_bag bags
 
 makes ``bags/demo`` (the bag), ``bags/objects`` (the objects' meshes) and ``bags/demo.yaml``. The
-same seed gives the same bytes.
+same seed gives the same bytes. With ``--moving`` it makes ``moving`` instead of ``demo``, in which
+the cup is taken off the plate and put down beside it.
 """
 
 from __future__ import annotations
@@ -29,7 +30,9 @@ from spatial_relations_ros.evaluation.demo_scenario import (
     scenario_surfaces,
     world_from_camera,
 )
+from spatial_relations_ros.evaluation.moving_scenario import objects_at
 from spatial_relations_ros.perception.border import StampedTransform, TrackedPose
+from spatial_relations_ros.perception.camera import PinholeCamera
 from spatial_relations_ros.perception.series import NS_PER_SEC
 
 WORLD_FRAME = 'world'
@@ -61,6 +64,8 @@ class RecordingOptions:
         cloud_delay_sec: from the image to its cloud.
         start_ns: time of the first image.
         seed: of everything random; the default gives objects that all are well in view.
+        is_moving: whether the first demonstration changes, as ``moving_scenario`` tells.
+        camera: of the clouds.
     """
 
     duration_sec: float = 4.0
@@ -72,6 +77,8 @@ class RecordingOptions:
     cloud_delay_sec: float = 0.020
     start_ns: int = 1_700_000_000 * NS_PER_SEC
     seed: int = 5
+    is_moving: bool = False
+    camera: PinholeCamera = SD_CAMERA
 
     def __post_init__(self) -> None:
         if not (self.duration_sec > 0 and self.cloud_rate > 0 and self.pose_rate > 0):
@@ -94,11 +101,13 @@ def record_demo_bag(folder: Path | str, options: RecordingOptions | None = None)
     shutil.rmtree(folder / 'objects', ignore_errors=True)
     for item in objects:
         save_mesh(folder / 'objects' / f'{item.object_id}.ply', item.model.mesh)
-    bag = folder / 'demo'
+    bag = folder / ('moving' if options.is_moving else 'demo')
     if (bag / 'metadata.yaml').is_file():
         shutil.rmtree(bag)
     folder.mkdir(parents=True, exist_ok=True)
     _write_bag(bag, objects, options)
+    if options.is_moving:
+        return bag
     with atomic_write(folder / 'demo.yaml') as temporary:
         temporary.write_text(_describe_demo(), encoding='utf-8')
     return bag
@@ -111,9 +120,13 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument('--seed', type=int, default=RecordingOptions.seed)
     parser.add_argument('--duration', type=float, default=RecordingOptions.duration_sec)
     parser.add_argument('--cloud-rate', type=float, default=RecordingOptions.cloud_rate)
+    parser.add_argument('--moving', action='store_true', help='a demonstration that changes')
     args = parser.parse_args(arguments)
     options = RecordingOptions(
-        seed=args.seed, duration_sec=args.duration, cloud_rate=args.cloud_rate
+        seed=args.seed,
+        duration_sec=args.duration,
+        cloud_rate=args.cloud_rate,
+        is_moving=args.moving,
     )
     bag = record_demo_bag(args.folder, options)
     num_bytes = sum(path.stat().st_size for path in bag.iterdir())
@@ -125,7 +138,7 @@ def _write_bag(bag: Path, objects: tuple[DemoObject, ...], options: RecordingOpt
     cloud_rng, pose_rng = (
         np.random.default_rng([options.seed, stream_idx]) for stream_idx in (1, 2)
     )
-    simulator = KinectSimulator(scenario_surfaces(objects), world_from_camera(), SD_CAMERA)
+    simulator = KinectSimulator(scenario_surfaces(objects), world_from_camera(), options.camera)
     rgb_from_world = (world_from_camera() @ IR_FROM_RGB).inverse()
     events = [
         (start + round(delay * NS_PER_SEC), kind, start)
@@ -139,13 +152,20 @@ def _write_bag(bag: Path, objects: tuple[DemoObject, ...], options: RecordingOpt
         transforms = writer.transforms(static_transforms(options.start_ns))
         writer.write(STATIC_TF_TOPIC, options.start_ns, transforms)
         for time_ns, kind, image_ns in sorted(events):
+            present = objects
+            if options.is_moving:
+                share = (image_ns - options.start_ns) / NS_PER_SEC / options.duration_sec
+                present = objects_at(objects, share)
             if kind == 'cloud':
+                if options.is_moving:
+                    surfaces = scenario_surfaces(present)
+                    simulator = KinectSimulator(surfaces, world_from_camera(), options.camera)
                 image = simulator.measure(cloud_rng)
                 message = writer.cloud(image_ns, IR_FRAME, simulator.xyz(image), image.rgb)
                 writer.write(POINTS_TOPIC, time_ns, message)
                 continue
             tracks = [
-                _track(item, image_ns, rgb_from_world, pose_rng, options) for item in objects
+                _track(item, image_ns, rgb_from_world, pose_rng, options) for item in present
             ]
             message = writer.tracked_objects(image_ns, RGB_FRAME, tracks)
             writer.write(TRACKS_TOPIC, time_ns, message)

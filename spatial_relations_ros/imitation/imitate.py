@@ -141,16 +141,15 @@ class _Imitation:
         """Looks for placements at rest, refines the nearest, checks what comes out."""
         with self.stages.timed(PREPARATION):
             search = self._search()
-        with self.stages.timed(PROPOSALS):
-            found = self._proposed(search)
-        if not self.stopped and self.options.max_steps:
-            with self.stages.timed(REFINEMENT):
-                starts = _unlike(found, self.objective.extent)[: self.options.num_starts]
-                refined, _ = self._refine(search.batch(starts))
-                found += search.refined(refined, starts)
-            self._note(found)
         tried: set[Candidate] = set()
-        self._check(search, found, tried)
+        found = self._near_start(search, tried)
+        if found and self._is_clear(self.best):
+            return
+        if not (found and self.stopped):
+            with self.stages.timed(PROPOSALS):
+                found += self._proposed(search)
+            self._refine_nearest(search, found)
+            self._check(search, found, tried)
         for _ in range(_MAX_MORE if self.options.propose else 0):
             if self._is_clear(self.best) or not self._keep_going(self.num_steps):
                 break
@@ -166,6 +165,30 @@ class _Imitation:
             # What stays and is arranged alike is a better attempt than what is near and falls.
             alike = [c for c in found if search.is_alike(c)]
             self._check(search, alike, tried, farthest=math.inf)
+
+    def _near_start(self, search: PlacementSearch, tried: set[Candidate]) -> list[Candidate]:
+        """What is found near the poses to begin with; it is checked. Empty without such poses."""
+        if self.options.start is None:
+            return []
+        with self.stages.timed(PROPOSALS):
+            found = search.started(self.options.start)
+            if found and self._keep_going(0):
+                found += search.more(found)
+        if found:
+            self._note(found)
+            self._refine_nearest(search, found)
+            self._check(search, found, tried)
+        return found
+
+    def _refine_nearest(self, search: PlacementSearch, found: list[Candidate]) -> None:
+        """Descends from the nearest candidates; what comes out is added to them."""
+        if self.stopped or not self.options.max_steps:
+            return
+        with self.stages.timed(REFINEMENT):
+            starts = _unlike(found, self.objective.extent)[: self.options.num_starts]
+            refined, _ = self._refine(search.batch(starts))
+            found += search.refined(refined, starts)
+        self._note(found)
 
     def _search(self) -> PlacementSearch:
         tabletop = Tabletop.of(

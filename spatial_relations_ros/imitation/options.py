@@ -26,6 +26,9 @@ class ImitationOptions:
             heading.
         keep_on_table: leave what is moved standing on the table, beside the other object or
             leaning on it.
+        start: world_from_object of base and relative to begin with, such as the last answer to a
+            demonstration that moves. What is found near it and is clearly alike is the answer;
+            only else placements are proposed.
         propose: start from placements proposed from the shapes, not only from the current one.
         num_proposals: how many of them are compared with the demonstration.
         num_starts: how many of the nearest are refined by gradient descent. With one start and
@@ -56,6 +59,7 @@ class ImitationOptions:
     keep_heading: bool = False
     keep_upright: bool = False
     keep_on_table: bool = False
+    start: tuple[Pose, Pose] | None = None
     propose: bool = True
     num_proposals: int = 96
     num_starts: int = 3

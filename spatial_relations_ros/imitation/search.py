@@ -44,6 +44,8 @@ _OUT_OF_REACH = 1.0
 _STEADY_TILT_RAD = math.radians(8.0)
 _HAIR = 3e-4
 _NOT_CARRIED = 0.4
+_NEAR_START = 0.25
+_NEAR_START_RAD = math.radians(20.0)
 _SAME_HEIGHT = 0.004
 _SAME_TILT_RAD = 0.05
 
@@ -149,6 +151,22 @@ class PlacementSearch:
                 return
             found += (chunk := self.more(found))
             yield chunk
+
+    def started(self, poses: PosePair) -> list[Candidate]:
+        """Candidates at rest near given poses: one for each manner in which they can rest."""
+        cells = self._proposer.cells
+        candidates = []
+        for manner in Manner:
+            kinds = [idx for idx, cell in enumerate(cells) if cell.manner is manner]
+            settled = self.settled(Candidate(poses, np.inf, np.inf, manner), exact=False)
+            if not kinds or settled is None or settled.proposal is None:
+                continue
+            if settled.poses[1].is_close(
+                poses[1], metres=_NEAR_START * self._objective.extent, angle_rad=_NEAR_START_RAD
+            ):
+                proposal = replace(settled.proposal, cell=kinds[0])
+                candidates.append(replace(settled, proposal=proposal))
+        return self.measured([c for c in candidates if self._is_free(c.poses)])
 
     def more(self, found: Sequence[Candidate]) -> list[Candidate]:
         """Some more like the best of what was found."""

@@ -5,30 +5,29 @@ from __future__ import annotations
 import sys
 import time
 from collections.abc import Callable, Sequence
-from concurrent.futures import CancelledError
 from typing import Any
 
 from rclpy.action import ActionServer, CancelResponse, GoalResponse
 from spatial_relations_msgs.action import ImitateRelation
 from spatial_relations_msgs.srv import Imitate
 
-from spatial_relations_ros.core import ImitationError, Scene
-from spatial_relations_ros.evaluation.recorded_steps import StepRecorder, shown_as_it_ran
+from spatial_relations_ros.core import Scene
 from spatial_relations_ros.imitation import (
     ImitationOptions,
     ImitationProgress,
     ImitationResult,
-    imitate,
 )
 from spatial_relations_ros.nodes.answer_publisher import AnswerPublisher
+from spatial_relations_ros.nodes.follower import Follower
 from spatial_relations_ros.nodes.imitate_parameters import (
     IMITATE_PARAMETERS,
     default_options,
 )
+from spatial_relations_ros.nodes.imitation_job import ImitationJob
 from spatial_relations_ros.nodes.model_host import ModelHost
 from spatial_relations_ros.nodes.node_recording import NodeRecording
 from spatial_relations_ros.nodes.robot_parameters import Robot
-from spatial_relations_ros.nodes.scene_client import SceneClient
+from spatial_relations_ros.nodes.scene_client import SceneClient, SeenScene
 from spatial_relations_ros.nodes.scene_requests import SceneRequests
 from spatial_relations_ros.nodes.standalone import Standalone
 from spatial_relations_ros.ros import qos
@@ -39,10 +38,8 @@ from spatial_relations_ros.ros.imitation_messages import (
 )
 from spatial_relations_ros.ros.relations_node import RelationsNode
 from spatial_relations_ros.ros.running import run_node
-from spatial_relations_ros.visualization.recorded_imitation import record_imitation
 
 FEEDBACK_PERIOD_SEC = 0.05
-POLL_SEC = 0.05
 
 
 class ImitateNode(RelationsNode):
@@ -60,6 +57,8 @@ class ImitateNode(RelationsNode):
         self._requests = SceneRequests(self, scenes)
         self._publisher = AnswerPublisher(self)
         self._robot = Robot(self)
+        # A reset cancels what runs: jobs of an older count.
+        self._num_resets = 0
         self.serve(Imitate, 'imitate', self._on_request)
         self._action_server = ActionServer(
             self,
@@ -77,9 +76,18 @@ class ImitateNode(RelationsNode):
         self.diagnostics.add_state('model', self._host.state)
         self._host.load_early()
         self._standalone = Standalone(self, self._host, scenes)
+        self._follower = Follower(self, self._resolve, self._options, self._run)
+
+    def reset(self) -> str:
+        """Cancels what runs; weights are read again, and following begins anew."""
+        self._num_resets += 1
+        self._host.forget()
+        self._follower.forget()
+        return 'running requests, weights in memory, what was followed, counters'
 
     def close(self) -> None:
         """Ends the worker and what runs on it, and the perception of this process."""
+        self._follower.close()
         self._host.worker.close()
         self._standalone.close()
         self._recording.close()
@@ -128,83 +136,44 @@ class ImitateNode(RelationsNode):
         on_progress: Callable[[ImitationProgress, Scene], None],
     ) -> tuple[ImitationResult, Scene]:
         """Resolves the scenes, runs the imitation on the worker and publishes its answer."""
-        reference, seen = self._requests.resolve(request, with_others=self._robot.avoids_others)
-        test = seen.scene
-        defaults = default_options(self.parameters, seen.table_height)
-        options = self._robot.options(options_from_request(request, test, defaults), seen)
-        job = _Job(
-            self._host, self._recording, reference, test, options, is_cancelled, on_progress
-        )
-        result = job.run()
-        self._publisher.publish(result, reference, test)
+        reference, seen = self._resolve(request)
+        options = self._options(request, seen)
+        result = self._run(reference, seen, options, is_cancelled, on_progress)
         self.get_logger().info(
-            f'{"/".join(reference.object_ids)} -> {"/".join(test.object_ids)}: '
+            f'{"/".join(reference.object_ids)} -> {"/".join(seen.scene.object_ids)}: '
             f'{result.message} ({result.duration_sec:.1f} s)'
         )
-        return result, test
+        return result, seen.scene
 
+    def _resolve(self, request: Any) -> tuple[Scene, SeenScene]:
+        return self._requests.resolve(request, with_others=self._robot.avoids_others)
 
-class _Job:
-    """One imitation on the worker's thread."""
+    def _options(self, request: Any, seen: SeenScene) -> ImitationOptions:
+        defaults = default_options(self.parameters, seen.table_height)
+        return self._robot.options(options_from_request(request, seen.scene, defaults), seen)
 
-    def __init__(
+    def _run(
         self,
-        host: ModelHost,
-        recording: NodeRecording,
         reference: Scene,
-        test: Scene,
+        seen: SeenScene,
         options: ImitationOptions,
         is_cancelled: Callable[[], bool],
         on_progress: Callable[[ImitationProgress, Scene], None],
-    ) -> None:
-        self._host, self._recording = host, recording
-        self._reference, self._test = reference, test
-        self._steps = StepRecorder()
-        self._options, self._is_cancelled, self._on_progress = options, is_cancelled, on_progress
-
-    def run(self) -> ImitationResult:
-        """Waits for the worker; a request that is cancelled in the queue never starts.
-
-        Raises:
-            ImitationError: when it was cancelled before it started.
-        """
-        future = self._host.worker.submit(self._work)
-        while not future.done():
-            if self._is_cancelled() and future.cancel():
-                break
-            try:
-                return future.result(timeout=POLL_SEC)
-            except TimeoutError:
-                continue
-        try:
-            return future.result()
-        except CancelledError:
-            raise ImitationError('cancelled before it started') from None
-
-    def _work(self) -> ImitationResult:
-        metric = self._host.metric()
-        result = imitate(
-            metric,
-            self._reference,
-            self._test,
-            self._options,
-            on_progress=self._keep_going,
+    ) -> ImitationResult:
+        """Runs one imitation on the worker and publishes its answer."""
+        num_resets = self._num_resets
+        job = ImitationJob(
+            self._host,
+            self._recording,
+            reference,
+            seen.scene,
+            options,
+            lambda: is_cancelled() or self._num_resets != num_resets,
+            on_progress,
         )
-        if self._recording.is_on:
-            shown = shown_as_it_ran(
-                self._reference, self._test, result, self._steps, self._options.table_height
-            )
-            self._recording.record(
-                self._test.stamp_ns,
-                lambda to: record_imitation(to, shown, projections=metric.projections),
-            )
+        result = job.run()
+        self._publisher.publish(result, reference, seen.scene)
         return result
-
-    def _keep_going(self, progress: ImitationProgress) -> bool:
-        if self._recording.is_on:
-            self._steps.record(progress)
-        self._on_progress(progress, self._test)
-        return not (self._is_cancelled() or self._host.worker.is_closing)
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

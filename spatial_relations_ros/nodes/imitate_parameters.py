@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 from spatial_relations_ros.imitation import ImitationOptions
+from spatial_relations_ros.nodes.follow_parameters import FOLLOW_PARAMETERS
 from spatial_relations_ros.nodes.model_host import MODEL_PARAMETERS
 from spatial_relations_ros.nodes.node_recording import RERUN
 from spatial_relations_ros.nodes.perception_parameters import MODELS_PATH
@@ -92,6 +93,7 @@ IMITATE_PARAMETERS = (
         may_be_nan=True,
     ),
     *ROBOT_PARAMETERS,
+    *FOLLOW_PARAMETERS,
     ParameterSpec(
         'publish_infeasible',
         False,

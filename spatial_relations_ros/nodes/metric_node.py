@@ -67,6 +67,15 @@ class MetricNode(RelationsNode):
         if host is None:
             self._host.load_early()
 
+    def reset(self) -> str:
+        """Reads weights and memory anew at the next use; what is remembered stays."""
+        self._host.forget()
+        with self._memory_lock:
+            opened, self._opened = self._opened, None
+        if opened is not None:  # after the jobs that use it
+            self._host.worker.submit(opened.close)
+        return 'weights in memory, the open file of relations, counters'
+
     def close(self) -> None:
         """Ends the worker and closes the memory."""
         self._host.worker.close()

@@ -77,6 +77,10 @@ class ModelHost:
             self._loaded_from, self._problem = path, ''
         return self._metric
 
+    def forget(self) -> None:
+        """Has the weights read again at the next use."""
+        self._loaded_from = None
+
     def _try_load(self) -> None:
         # A problem is kept for diagnostics and said again to each request.
         with contextlib.suppress(WeightsError):

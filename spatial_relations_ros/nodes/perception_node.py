@@ -24,13 +24,17 @@ from spatial_relations_ros.core import (
 from spatial_relations_ros.nodes.frame_worker import FrameWorker
 from spatial_relations_ros.nodes.node_recording import NodeRecording, log_frame
 from spatial_relations_ros.nodes.perception_parameters import (
+    ASSEMBLY_PARAMETERS,
     PERCEPTION_PARAMETERS,
-    make_assembler,
+    PIPELINE_PARAMETERS,
+    assembly_config,
     make_pipeline,
+    perception_config,
     pose_topic,
 )
 from spatial_relations_ros.nodes.perception_states import clouds_state, objects_state
 from spatial_relations_ros.nodes.scene_publisher import ScenePublisher
+from spatial_relations_ros.perception.assembler import FrameAssembler
 from spatial_relations_ros.perception.border import (
     Frame,
     FrameResult,
@@ -88,7 +92,7 @@ class PerceptionNode(RelationsNode):
         self._scenes = ScenePublisher(self)
         self._recording = NodeRecording(self)
         self._worker = FrameWorker(
-            make_assembler(self.parameters),
+            FrameAssembler(assembly_config(self.parameters)),
             self._handle,
             lambda: self.get_clock().now().nanoseconds,
         )
@@ -100,6 +104,16 @@ class PerceptionNode(RelationsNode):
         self.serve(GetScene, '~/get_scene', self._get_scene, may_wait=False)
         self.diagnostics.add_state('objects', self._objects_state)
         self.diagnostics.add_state('clouds', self._clouds_state)
+        self.parameters.on_change(PIPELINE_PARAMETERS, self._configure_pipeline)
+        self.parameters.on_change(ASSEMBLY_PARAMETERS, self._configure_assembler)
+
+    def _configure_pipeline(self) -> None:
+        with self._pipeline_lock:
+            self._pipeline.configure(perception_config(self.parameters))
+
+    def _configure_assembler(self) -> None:
+        with self._worker.assembler() as assembler:
+            assembler.configure(assembly_config(self.parameters))
 
     def reset(self) -> str:
         """Forgets objects, poses and moving transforms; models and static transforms stay."""

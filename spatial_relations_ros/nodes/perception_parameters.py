@@ -10,7 +10,7 @@ import numpy as np
 from spatial_relations_ros.core import ConfigError, InvalidPoseError, Pose
 from spatial_relations_ros.core.rotations import wxyz_from_xyzw
 from spatial_relations_ros.nodes.node_recording import RERUN
-from spatial_relations_ros.perception.assembler import AssemblyConfig, FrameAssembler
+from spatial_relations_ros.perception.assembler import AssemblyConfig
 from spatial_relations_ros.perception.border import StampedTransform
 from spatial_relations_ros.perception.config import PerceptionConfig
 from spatial_relations_ros.perception.evidence import SupportConfig
@@ -53,7 +53,10 @@ PERCEPTION_PARAMETERS = (
         'object_frames', [], 'Objects whose pose is the /tf frame of that name.', is_fixed=True
     ),
     ParameterSpec(
-        'pairs', [], 'Scenes to publish, "base/relative" each; empty: all ordered pairs.'
+        'pairs',
+        [],
+        'Scenes to publish, "base/relative" each; empty: all ordered pairs.',
+        check=lambda entries: ordered_pairs(entries),
     ),
     ParameterSpec(
         'publish_rate',
@@ -82,7 +85,6 @@ PERCEPTION_PARAMETERS = (
         "How old a tracked pose may be at the cloud's time, seconds.",
         minimum=0.0,
         maximum=60.0,
-        is_fixed=True,
     ),
     ParameterSpec(
         'pose_wait',
@@ -91,7 +93,6 @@ PERCEPTION_PARAMETERS = (
         'what is there.',
         minimum=0.0,
         maximum=10.0,
-        is_fixed=True,
     ),
     ParameterSpec(
         'min_confidence',
@@ -99,7 +100,6 @@ PERCEPTION_PARAMETERS = (
         'Tracked poses of less confidence are refused.',
         minimum=0.0,
         maximum=1.0,
-        is_fixed=True,
     ),
     ParameterSpec(
         'min_support',
@@ -108,7 +108,6 @@ PERCEPTION_PARAMETERS = (
         'tracker.',
         minimum=0.0,
         maximum=1.0,
-        is_fixed=True,
     ),
     ParameterSpec(
         'support_hysteresis',
@@ -116,7 +115,6 @@ PERCEPTION_PARAMETERS = (
         'How much more support than min_support it takes to believe a new pose.',
         minimum=0.0,
         maximum=1.0,
-        is_fixed=True,
     ),
     ParameterSpec(
         'support_tolerance',
@@ -124,7 +122,6 @@ PERCEPTION_PARAMETERS = (
         'Depth difference that is still the same surface, metres.',
         minimum=0.001,
         maximum=0.5,
-        is_fixed=True,
     ),
     ParameterSpec(
         'lost_after',
@@ -132,7 +129,6 @@ PERCEPTION_PARAMETERS = (
         'An object without support is UNCERTAIN for this long, then LOST, seconds.',
         minimum=0.0,
         maximum=60.0,
-        is_fixed=True,
     ),
     ParameterSpec(
         'recover_after',
@@ -140,7 +136,6 @@ PERCEPTION_PARAMETERS = (
         'How long clouds must confirm a lost object, seconds.',
         minimum=0.0,
         maximum=60.0,
-        is_fixed=True,
     ),
     ParameterSpec(
         'max_speed',
@@ -148,7 +143,6 @@ PERCEPTION_PARAMETERS = (
         'A tracked pose that moves faster has jumped, m/s.',
         minimum=0.1,
         maximum=1e6,
-        is_fixed=True,
     ),
     ParameterSpec(
         'jump_settle',
@@ -156,7 +150,6 @@ PERCEPTION_PARAMETERS = (
         'How long clouds must confirm an object that has jumped, seconds.',
         minimum=0.0,
         maximum=60.0,
-        is_fixed=True,
     ),
     ParameterSpec(
         'swap_settle',
@@ -164,20 +157,17 @@ PERCEPTION_PARAMETERS = (
         'How long clouds must confirm two objects that have changed places at once, seconds.',
         minimum=0.0,
         maximum=600.0,
-        is_fixed=True,
     ),
     ParameterSpec(
         'use_uncertain',
         DEFAULTS.use_uncertain,
         'Give scenes of UNCERTAIN objects too; those of LOST objects are never given.',
-        is_fixed=True,
     ),
     ParameterSpec(
         'refine',
         DEFAULTS.refine.is_on,
         'Move poses of objects with a model to what the cloud shows (point-to-plane ICP), where '
         'support rises.',
-        is_fixed=True,
     ),
     ParameterSpec(
         'max_extrapolation',
@@ -203,27 +193,26 @@ PERCEPTION_PARAMETERS = (
         'Points farther from the sensor are ignored, metres.',
         minimum=0.1,
         maximum=100.0,
-        is_fixed=True,
     ),
     ParameterSpec(
         'find_clutter',
         False,
         'Look for points above the table that belong to no object: obstacles for imitate_node.',
-        is_fixed=True,
     ),
 )
 
+# What perception is made of anew with when one of them is set.
+PIPELINE_PARAMETERS = (
+    'max_track_age', 'min_confidence', 'min_support', 'support_hysteresis', 'support_tolerance',
+    'lost_after', 'recover_after', 'max_speed', 'jump_settle', 'swap_settle', 'use_uncertain',
+    'refine', 'max_range', 'find_clutter',
+)  # fmt: skip
+ASSEMBLY_PARAMETERS = ('pose_wait',)
 
-def make_pipeline(parameters: Parameters) -> Pipeline:
-    """Perception as the parameters say.
 
-    Raises:
-        ConfigError: when a value cannot be used.
-        FrameTransformError: when camera_frame is the world itself.
-        DatasetFormatError: when the models' folder does not exist.
-    """
-    ordered_pairs(parameters.texts('pairs'))
-    config = PerceptionConfig(
+def perception_config(parameters: Parameters) -> PerceptionConfig:
+    """How clouds and poses become objects, as the parameters say now."""
+    return PerceptionConfig(
         world_frame=parameters.text('world_frame'),
         object_frames=tuple(parameters.texts('object_frames')),
         tracks=TrackConfig(
@@ -252,6 +241,17 @@ def make_pipeline(parameters: Parameters) -> Pipeline:
         max_range=parameters.number('max_range'),
         find_obstacles=parameters.flag('find_clutter'),
     )
+
+
+def make_pipeline(parameters: Parameters) -> Pipeline:
+    """Perception as the parameters say.
+
+    Raises:
+        ConfigError: when a value cannot be used.
+        FrameTransformError: when camera_frame is the world itself.
+        DatasetFormatError: when the models' folder does not exist.
+    """
+    config = perception_config(parameters)
     pipeline = Pipeline(config, model_source(parameters.text('models_path')))
     camera = camera_transform(
         parameters.text('camera_pose'), parameters.text('camera_frame'), config.world_frame
@@ -261,13 +261,11 @@ def make_pipeline(parameters: Parameters) -> Pipeline:
     return pipeline
 
 
-def make_assembler(parameters: Parameters) -> FrameAssembler:
-    """What puts clouds and poses together, as the parameters say."""
-    return FrameAssembler(
-        AssemblyConfig(
-            pose_wait_sec=parameters.number('pose_wait'),
-            object_frames=tuple(parameters.texts('object_frames')),
-        )
+def assembly_config(parameters: Parameters) -> AssemblyConfig:
+    """How clouds wait for their poses, as the parameters say now."""
+    return AssemblyConfig(
+        pose_wait_sec=parameters.number('pose_wait'),
+        object_frames=tuple(parameters.texts('object_frames')),
     )
 
 
@@ -306,8 +304,12 @@ def model_source(folder: str) -> ModelSource:
     return LibraryModels(Path(folder).expanduser()) if folder else NoModels()
 
 
-def ordered_pairs(entries: Sequence[str]) -> list[tuple[str, str]]:
+def ordered_pairs(entries: Sequence[str], *, name: str = 'pairs') -> list[tuple[str, str]]:
     """Base and relative ids of entries "base/relative".
+
+    Args:
+        entries: of a parameter.
+        name: of that parameter, for errors.
 
     Raises:
         ConfigError: for an entry that is no pair of different ids.
@@ -316,7 +318,7 @@ def ordered_pairs(entries: Sequence[str]) -> list[tuple[str, str]]:
     for entry in entries:
         base_id, _, relative_id = entry.partition('/')
         if not base_id or not relative_id or base_id == relative_id:
-            raise ConfigError(f'pairs has {entry!r}; expected "base/relative"')
+            raise ConfigError(f'{name} has {entry!r}; expected "base/relative"')
         pairs.append((base_id, relative_id))
     return pairs
 

@@ -91,6 +91,10 @@ class FrameAssembler:
         """How many clouds wait."""
         return len(self._clouds)
 
+    def configure(self, config: AssemblyConfig) -> None:
+        """Uses other settings from now on; what waits goes on waiting."""
+        self._config = config
+
     def reset(self) -> None:
         """Forgets everything that waits, and what was counted."""
         for queue in (self._tracks, self._transforms, self._faults, self._clouds):

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from spatial_relations_ros.core import (
+    ConfigError,
     FrameTransformError,
     InvalidPoseError,
     Pose,
@@ -56,9 +57,31 @@ class ScenePerception:
         self.config = config or PerceptionConfig()
         self.transforms = TransformBuffer(self.config.transforms)
         self._tracks = TrackBuffer(self.config.tracks)
-        self._beliefs = Beliefs(self.config)
-        self._finder = ObjectFinder(self.config, models or NoModels(), self._beliefs)
+        self._models = models or NoModels()
         self._last_stamp_ns: int | None = None
+        self._begin_beliefs()
+
+    def _begin_beliefs(self) -> None:
+        self._beliefs = Beliefs(self.config)
+        self._finder = ObjectFinder(self.config, self._models, self._beliefs)
+
+    def configure(self, config: PerceptionConfig) -> None:
+        """Uses other settings from the next frame on.
+
+        Poses, transforms and models stay; objects are confirmed anew.
+
+        Raises:
+            ConfigError: for another world frame or other limits of transforms: what is
+                remembered was stored for those.
+        """
+        if (config.world_frame, config.transforms) != (
+            self.config.world_frame,
+            self.config.transforms,
+        ):
+            raise ConfigError('world_frame and limits of transforms cannot change any more')
+        self.config = config
+        self._tracks.configure(config.tracks)
+        self._begin_beliefs()
 
     def add_transform(self, transform: StampedTransform) -> None:
         """Stores a transform outside of a frame, such as a camera pose given as a parameter.

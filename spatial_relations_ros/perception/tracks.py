@@ -56,6 +56,10 @@ class TrackBuffer:
         """Ids of all objects that are remembered, sorted."""
         return tuple(sorted(self._series))
 
+    def configure(self, config: TrackConfig) -> None:
+        """Uses other limits from now on; poses that are remembered stay."""
+        self._config = config
+
     def add(self, track: TrackedPose) -> None:
         """Stores a pose."""
         config = self._config

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import array
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -39,6 +39,7 @@ class ParameterSpec:
         is_fixed: can be set at start only.
         may_be_nan: whether NaN is accepted, as "not known".
         is_numbers: whether a list is one of finite numbers rather than of strings.
+        check: called with a value of the right type; raises a named error when it cannot be used.
     """
 
     name: str
@@ -50,13 +51,21 @@ class ParameterSpec:
     is_fixed: bool = False
     may_be_nan: bool = False
     is_numbers: bool = False
+    check: Callable[[Any], object] | None = None
 
     def checked(self, value: Any) -> ParameterValue:
         """The value in the parameter's type.
 
         Raises:
-            ConfigError: for a wrong type, a number out of range or an unknown choice.
+            ConfigError: for a wrong type, a number out of range, an unknown choice, or what the
+                parameter's own check refuses.
         """
+        typed = self._typed(value)
+        if self.check is not None:
+            self.check(typed)
+        return typed
+
+    def _typed(self, value: Any) -> ParameterValue:
         if isinstance(self.default, list):
             return (
                 self._checked_numbers(value) if self.is_numbers else self._checked_strings(value)
@@ -99,6 +108,12 @@ class ParameterSpec:
         if not low <= value <= high:
             raise ConfigError(f'{self.name} is {value}, expected {low} to {high}')
 
+    def _constraints(self) -> Iterable[str]:
+        if self.choices:
+            yield f'one of {", ".join(self.choices)}'
+        if self.is_fixed:
+            yield 'read-only: set at start'
+
     def descriptor(self) -> ParameterDescriptor:
         """The descriptor that ``ros2 param describe`` shows."""
         descriptor = ParameterDescriptor(
@@ -107,7 +122,7 @@ class ParameterSpec:
             read_only=self.is_fixed,
             # Typed by ``checked``: it takes 5 for 5.0 and says clearly what is wrong.
             dynamic_typing=True,
-            additional_constraints=f'one of {", ".join(self.choices)}' if self.choices else '',
+            additional_constraints='; '.join(self._constraints()),
         )
         is_number = isinstance(self.default, (int, float)) and not isinstance(self.default, bool)
         # A range of the descriptor would refuse NaN.
@@ -149,6 +164,16 @@ class Parameters:
                 node.declare_parameter(spec.name, spec.default, spec.descriptor())
             except ParameterException as error:
                 raise ConfigError(str(error)) from error
+
+    def on_change(self, names: Iterable[str], callback: Callable[[], None]) -> None:
+        """Has ``callback`` called after any of some parameters was set to a value that is good."""
+        watched = frozenset(names)
+
+        def changed(parameters: Sequence[Parameter]) -> None:
+            if watched & {parameter.name for parameter in parameters}:
+                callback()
+
+        self._node.add_post_set_parameters_callback(changed)
 
     def _on_set(self, parameters: Sequence[Parameter]) -> SetParametersResult:
         for parameter in parameters:

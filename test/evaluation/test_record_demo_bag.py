@@ -16,6 +16,7 @@ from spatial_relations_ros.evaluation.demo_scenario import (
     make_scenario,
     world_from_camera,
 )
+from spatial_relations_ros.evaluation.moving_scenario import MOVED_ID, objects_at
 from spatial_relations_ros.evaluation.record_demo_bag import (
     IR_FRAME,
     RGB_FRAME,
@@ -105,3 +106,26 @@ def test_the_transforms_place_both_cameras_in_one_housing():
 def test_refuses_rates_that_record_nothing():
     with pytest.raises(ConfigError, match='must be positive'):
         RecordingOptions(cloud_rate=0)
+
+
+def test_a_moving_demonstration_leaves_the_plate_and_ends_on_the_table(objects):
+    items = tuple(objects.values())
+    first, held, last = (
+        {item.object_id: item for item in objects_at(items, share)} for share in (0.2, 0.5, 0.9)
+    )
+    assert lowest(first[MOVED_ID]) == pytest.approx(lowest(objects[MOVED_ID]))
+    assert lowest(held[MOVED_ID]) > lowest(objects[MOVED_ID]) + 0.05
+    assert lowest(last[MOVED_ID]) == pytest.approx(TABLE_HEIGHT, abs=1e-5)
+    for object_id, item in objects.items():
+        if object_id == MOVED_ID:
+            continue
+        assert last[object_id].world_from_object is item.world_from_object
+        points = item.world_from_object.apply(item.model.mesh.vertices)
+        moved = last[MOVED_ID].world_from_object.apply(last[MOVED_ID].model.mesh.vertices)
+        assert cKDTree(points).query(moved)[0].min() > 0.01, f'put down on the {object_id}'
+
+
+def test_a_bag_of_it_is_recorded_beside_the_objects(tmp_path):
+    main([str(tmp_path), '--duration', '0.4', '--cloud-rate', '5', '--moving'])
+    assert (tmp_path / 'moving' / 'metadata.yaml').is_file()
+    assert not (tmp_path / 'demo').exists()
