@@ -66,7 +66,7 @@ FOLLOW_PARAMETERS = (
         'follow_time_budget',
         0.3,
         'Seconds that new targets may take while something is followed; four times as many once '
-        'when none were found and the demonstration stands still.',
+        'when none were found and the demonstration has stood still for a second.',
         minimum=0.05,
         maximum=60.0,
     ),

@@ -27,6 +27,8 @@ from spatial_relations_ros.ros.relations_node import RelationsNode
 
 RATE_WINDOW_SEC = 10.0
 RETRY_FACTOR = 4.0
+# A retry takes long: a demonstration that only slows down must not have to wait for it.
+STILL_SEC = 1.0
 PARAMETER = 'follow'
 
 Resolve = Callable[[Any], tuple[Scene, SeenScene]]
@@ -55,6 +57,7 @@ class _Followed:
     test: Scene
     result: ImitationResult
     num_tries: int
+    time_sec: float
 
 
 class Follower:
@@ -138,7 +141,8 @@ class Follower:
         last = self._last
         num_tries = 1
         if last is not None and not self._has_changed(last, reference, seen.scene):
-            if last.result.success or last.num_tries > 1:
+            is_still = time.monotonic() - last.time_sec >= STILL_SEC
+            if last.result.success or last.num_tries > 1 or not is_still:
                 return
             num_tries = last.num_tries + 1
         options = self._options(request, seen)
@@ -152,9 +156,10 @@ class Follower:
         with self._lock:
             if era != self._era:
                 return
-            self._last = _Followed(reference, seen.scene, result, num_tries)
+            now_sec = time.monotonic()
+            self._last = _Followed(reference, seen.scene, result, num_tries, now_sec)
             self._num_updates += 1
-            self._updates_sec.append(time.monotonic())
+            self._updates_sec.append(now_sec)
 
     def _has_changed(self, last: _Followed, reference: Scene, test: Scene) -> bool:
         parameters = self._node.parameters
