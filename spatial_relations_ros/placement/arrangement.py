@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,12 +11,17 @@ from numpy.typing import NDArray
 from spatial_relations_ros.placement.body import FloatArray, Placed
 from spatial_relations_ros.placement.footing import Overhang
 from spatial_relations_ros.placement.leaning import lean_angle_rad
+from spatial_relations_ros.placement.model import Opening
 
 # Where the base is round or rugged, what is a little below the foot still counts as carrying it.
 _FOOT_BAND = 0.003
 _CARRIER_BAND = 0.006
-# Less of its surface in the hollow does not make a body inside of it.
+# Less of its surface in the hollow does not make a body inside of it ...
 _LEAST_INSIDE = 0.12
+# ... and in a hollow that is less deep, as a share of its width, it stands as on a plate, unless
+# hardly anything of it towers above the rim.
+_CONTAINER_DEPTH, _LEAST_INSIDE_DISH = 0.19, 0.75
+_UPRIGHT = 0.9
 _TINY = 1e-6
 
 
@@ -26,7 +32,8 @@ class Arrangement:
     Attributes:
         lean_rad: angle of the relative to the nearest way in which it stands.
         foot: height of the relative's lowest point over the table, as a share of the scene's.
-        seat: the same over the base's top, negative below it.
+        seat: the same over the base's top, negative below it; over the floor of a dish or tray
+            for what stands in it.
         overhang: the share of the relative's foot beyond what carries it; 0 where it lies within,
             or stands on the table.
         off_centre: shift of the foot from the middle of what carries it in that direction, as a
@@ -53,7 +60,7 @@ class Arrangement:
         return Arrangement(
             lean_rad=lean_angle_rad(relative, least_margin=0.0),
             foot=(bottoms[1] - bottoms[0]) / height,
-            seat=(bottoms[1] - tops[0]) / height,
+            seat=(bottoms[1] - min(tops[0], _dish_floor(base, relative))) / height,
             overhang=max(over.share, 0.0),
             off_centre=max(over.off_centre, 0.0),
             sunk=_sunk(base, relative),
@@ -75,11 +82,28 @@ def _sunk(base: Placed, relative: Placed) -> float:
     within = _within(local[:, :2] - opening.centre, opening.rim_half_size, opening.is_round)
     depths = opening.rim_z - local[within, 2]
     depths = depths[(depths > 0.0) & (depths < 1.1 * opening.depth)]
-    if len(depths) < _LEAST_INSIDE * len(local):
+    if len(depths) < (_LEAST_INSIDE_DISH if _is_dish(opening) else _LEAST_INSIDE) * len(local):
         return 0.0
     length = float(np.ptp(local[:, 2]))
     deepest = float(depths.max()) / max(min(opening.depth, length), _TINY)
     return float(np.clip(deepest, 0.0, 1.0))
+
+
+def _is_dish(opening: Opening) -> bool:
+    return opening.depth < _CONTAINER_DEPTH * 2.0 * min(opening.rim_half_size)
+
+
+def _dish_floor(base: Placed, relative: Placed) -> float:
+    """Height of the floor of an upright dish or tray in which the relative stands; else inf."""
+    opening = base.body.model.opening
+    if opening is None or not _is_dish(opening) or base.rotation[2, 2] < _UPRIGHT:
+        return math.inf
+    lowest = relative.world_points[relative.world_points[:, 2].argmin()]
+    local = base.to_object(lowest[None]).astype(np.float64)
+    if not _within(local[:, :2] - opening.centre, opening.rim_half_size, opening.is_round)[0]:
+        return math.inf
+    floor = np.array([*opening.centre, opening.floor_z])
+    return float((base.rotation @ floor + base.translation)[2])
 
 
 def _within(

@@ -66,3 +66,19 @@ def test_depth_is_the_share_below_the_rim(solids):
     assert Arrangement.of(base, half_in).sunk == pytest.approx(0.05 / opening.depth, abs=0.02)
     above = half_in.moved(np.array([0.0, 0.0, 0.06]))
     assert Arrangement.of(base, above).sunk == 0.0
+
+
+def test_what_stands_in_a_tray_stands_on_top_of_it_and_what_lies_in_it_is_inside(solids):
+    cup = solids.cup('tray', 0.12, 0.03, (0, 0, 0)).mesh
+    opening = find_opening(cup).opening
+    base = Placed(
+        Body.of(ObjectModel('tray', '', cup, {}, opening, 1000.0)), np.eye(3), np.zeros(3)
+    )
+    for height, is_inside in ((0.1, False), (0.02, True)):
+        item = body_of((0.05, 0.05, height))
+        z = opening.floor_z + height / 2.0
+        found = Arrangement.of(base, Placed(item, np.eye(3), np.array([0.0, 0.0, z])))
+        assert (found.sunk > 0.9) is is_inside
+        assert found.seat == pytest.approx(0.0, abs=1e-3)
+        beside = Arrangement.of(base, Placed(item, np.eye(3), np.array([0.3, 0.0, height / 2.0])))
+        assert beside.seat < -0.2
