@@ -74,7 +74,9 @@ def test_answers_and_imitations_are_switched(page):
     first, second = browser.find_all('#answers button')
     assert 'not feasible' in second.text
     assert second.get_attribute('aria-pressed') == 'true'
+    assert not browser.find('#moments').is_displayed(), 'nobody measured distances on its way'
     first.click()
+    assert browser.find('#moments').is_displayed()
     assert state(browser) == {'ready': 'yes', 'case': '0', 'answer': '0', 'at': '2.00'}
     assert first.get_attribute('aria-pressed') == 'true'
     assert '0.25' in browser.find('#checks').text

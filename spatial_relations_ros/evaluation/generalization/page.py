@@ -34,6 +34,8 @@ def _shown(case: Case, outcome: Outcome) -> ShownImitation:
         ('variant', outcome.variant),
         ('demonstration', outcome.reference_name),
         ('test scene', outcome.test_name),
+        ('distance before', f'{attempt.initial_distance:.2f}'),
+        ('distance after', f'{attempt.distance:.2f}'),
         ('time', f'{attempt.seconds:.2f} s'),
         ('optimiser steps', str(attempt.num_steps)),
     )

@@ -92,7 +92,7 @@ function showMoment() {
   byId('slider').value = state.at;
   byId('slider').setAttribute('aria-valuetext', words.join(', '));
   document.body.dataset.at = state.at.toFixed(2);
-  if (way.length > 2) curve.point(state.at);
+  if (way.length > 2 && !byId('moments').hidden) curve.point(state.at);
 }
 
 function moveTo(at) {
@@ -130,9 +130,11 @@ function showCurves() {
   const way = chosenWay();
   const { recorded } = chosenCase().answers[state.answerIdx];
   const moments = way.map((step, idx) => [idx, step.distance]).filter((point) => point[1] !== null);
-  curve.show(moments, recorded ? 'changes of the best answer' : 'straight way from before to after');
+  byId('moments').hidden = moments.length < 2;
+  if (moments.length > 1) curve.show(moments, recorded ? 'changes of the best answer' : 'straight way from before to after');
   const history = chosenCase().history.map((value, idx) => [idx, value]).filter((point) => point[1] !== null);
   byId('search').hidden = history.length < 2;
+  byId('distances').hidden = byId('moments').hidden && byId('search').hidden;
   if (history.length > 1) searchCurve.show(history, 'step of the search');
 }
 
