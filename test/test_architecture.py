@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import ast
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -110,3 +112,14 @@ def test_no_room_for_odds_and_ends() -> None:
     vague = {'utils', 'util', 'helpers', 'common', 'misc'}
     names = {path.stem for path in modules()} | {path.parent.name for path in modules()}
     assert not names & vague
+
+
+@pytest.mark.ros
+@pytest.mark.parametrize('node', ['perception_node', 'panel_node'])
+def test_nodes_that_do_not_learn_or_draw_start_without_the_libraries_for_it(node: str) -> None:
+    script = f'import sys, {PACKAGE}.nodes.{node}; print(*sys.modules)'
+    loaded = subprocess.run(
+        [sys.executable, '-c', script], check=True, capture_output=True, text=True, timeout=120
+    ).stdout.split()
+    assert f'{PACKAGE}.perception' in loaded
+    assert {'torch', 'roma', 'sklearn', 'matplotlib.figure'}.isdisjoint(loaded)

@@ -2,14 +2,15 @@
 
 The core writes quaternions scalar first (``quat_wxyz``); ROS messages and roma write them scalar
 last (``quat_xyzw``). These two functions are the only places where the order changes.
+
+Without torch: what only looks at clouds shall not load it.
 """
 
 from __future__ import annotations
 
 import numpy as np
-import roma
-import torch
 from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
 
 FloatArray = NDArray[np.float64]
 
@@ -75,9 +76,10 @@ def quat_wxyz_product(first: FloatArray, second: FloatArray) -> FloatArray:
 
 def matrix_from_rotvec(rotvec: FloatArray) -> FloatArray:
     """Rotation matrices (..., 3, 3) of rotation vectors (..., 3) in radians."""
-    vector = torch.from_numpy(np.ascontiguousarray(rotvec, dtype=np.float64))
-    matrix: FloatArray = roma.rotvec_to_rotmat(vector).numpy()
-    return matrix
+    vectors = np.asarray(rotvec, dtype=np.float64)
+    # Older releases of SciPy take one batch dimension only.
+    matrices = Rotation.from_rotvec(vectors.reshape(-1, 3)).as_matrix()
+    return np.asarray(matrices.reshape(*vectors.shape[:-1], 3, 3))
 
 
 def tilt_angle_rad(matrix: FloatArray) -> float:

@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable, Iterable
+from typing import TYPE_CHECKING
 
 from spatial_relations_ros.core import ConfigError
 from spatial_relations_ros.perception.border import FrameResult
 from spatial_relations_ros.perception.series import NS_PER_SEC
 from spatial_relations_ros.ros.parameters import ParameterSpec
 from spatial_relations_ros.ros.relations_node import RelationsNode
-from spatial_relations_ros.visualization.recordings import Recording
+
+if TYPE_CHECKING:
+    from spatial_relations_ros.visualization.recordings import Recording
 
 RERUN = ParameterSpec(
     'rerun',
@@ -28,6 +31,9 @@ class _Shared:
         self._open: dict[str, tuple[Recording, int]] = {}
 
     def open(self, target: str, name: str) -> Recording:
+        # Few nodes record; the others start sooner without the room of pictures.
+        from spatial_relations_ros.visualization.recordings import Recording
+
         with self._lock:
             recording, users = self._open.get(target) or (Recording(target, name=name), 0)
             self._open[target] = recording, users + 1

@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
-from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from spatial_relations_ros.core import ConfigError, Relation
+from spatial_relations_ros.visualization.diagrams import new_figure, picture_of
 from spatial_relations_ros.visualization.images import Image
 from spatial_relations_ros.visualization.palette import FADED_INK, INK
-
-DPI = 120
 
 
 def draw_confusion(confusion: NDArray[np.integer], *, title: str = 'Confusion') -> Image:
@@ -32,8 +29,7 @@ def draw_confusion(confusion: NDArray[np.integer], *, title: str = 'Confusion') 
         raise ConfigError(f'a confusion of {num} relations is needed, got {confusion.shape}')
     shares = confusion / np.maximum(confusion.sum(axis=1, keepdims=True), 1)
     names = [relation.name.replace('_', ' ').lower() for relation in Relation]
-    figure = Figure(figsize=(9.5, 8.0), dpi=DPI, layout='constrained')
-    canvas = FigureCanvasAgg(figure)
+    figure = new_figure((9.5, 8.0))
     axes = figure.add_subplot()
     axes.imshow(shares, cmap='Blues', vmin=0.0, vmax=1.0)
     axes.set_title(title, loc='left', fontsize=13, color=INK, fontweight='bold', pad=12)
@@ -55,5 +51,4 @@ def draw_confusion(confusion: NDArray[np.integer], *, title: str = 'Confusion') 
                 fontsize=9,
                 color='white' if shares[row, column] > 0.55 else INK,
             )
-    canvas.draw()
-    return np.ascontiguousarray(np.asarray(canvas.buffer_rgba())[..., :3])
+    return picture_of(figure)

@@ -1,16 +1,19 @@
-"""Curves, drawn by matplotlib without its global state."""
+"""Curves over steps."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.figure import Figure
-from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
+from spatial_relations_ros.visualization.diagrams import (
+    DPI,
+    count_by_whole_numbers,
+    new_figure,
+    picture_of,
+)
 from spatial_relations_ros.visualization.images import Image
 from spatial_relations_ros.visualization.palette import (
     BASE_COLOUR,
@@ -20,7 +23,9 @@ from spatial_relations_ros.visualization.palette import (
     RELATIVE_COLOUR,
 )
 
-DPI = 120
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 
 def draw_distance_curve(
@@ -46,7 +51,7 @@ def draw_distance_curve(
         (height, width, 3) uint8 RGB.
     """
     distances = np.asarray(history, dtype=np.float64).reshape(-1)
-    canvas, axes = _axes_over_steps('distance', steps, title=title, size=(width, height))
+    figure, axes = _axes_over_steps('distance', steps, title=title, size=(width, height))
     if np.isfinite(distances).any():
         _curve(axes, distances)
         if cursor is not None:
@@ -57,7 +62,7 @@ def draw_distance_curve(
         axes.text(
             0.5, 0.5, 'no steps were made', transform=axes.transAxes, ha='center', color=FADED_INK
         )
-    return _image(canvas)
+    return picture_of(figure)
 
 
 def draw_loss_curve(
@@ -79,7 +84,7 @@ def draw_loss_curve(
         (height, width, 3) uint8 RGB.
     """
     values = np.asarray(losses, dtype=np.float64).reshape(-1)
-    canvas, axes = _axes_over_steps('loss', 'step', title=title, size=(width, height))
+    figure, axes = _axes_over_steps('loss', 'step', title=title, size=(width, height))
     steps = np.arange(1, len(values) + 1)
     axes.plot(steps, values, color=BASE_COLOUR, linewidth=0.8, alpha=0.35)
     window = max(1, len(values) // 50)
@@ -88,27 +93,21 @@ def draw_loss_curve(
         axes.plot(steps[window - 1 :], mean, color=BASE_COLOUR, linewidth=2.0)
     if np.isfinite(values).any():
         axes.set_ylim(0.0, 1.1 * float(np.nanpercentile(values, 99.5)) or 1.0)
-    axes.xaxis.set_major_locator(MaxNLocator(integer=True))
-    return _image(canvas)
+    count_by_whole_numbers(axes)
+    return picture_of(figure)
 
 
 def _axes_over_steps(
     quantity: str, steps: str, *, title: str, size: tuple[int, int]
-) -> tuple[FigureCanvasAgg, Axes]:
+) -> tuple[Figure, Axes]:
     """An empty diagram of a quantity over steps; size is width and height in pixels."""
-    figure = Figure(figsize=(size[0] / DPI, size[1] / DPI), dpi=DPI, layout='constrained')
-    canvas = FigureCanvasAgg(figure)
+    figure = new_figure((size[0] / DPI, size[1] / DPI))
     axes = figure.add_subplot()
     axes.set_title(title, loc='left', fontsize=11, color=INK, fontweight='bold', pad=10)
     axes.set_xlabel(steps, color=FADED_INK)
     axes.set_ylabel(quantity, color=FADED_INK)
     _plain(axes)
-    return canvas, axes
-
-
-def _image(canvas: FigureCanvasAgg) -> Image:
-    canvas.draw()
-    return np.ascontiguousarray(np.asarray(canvas.buffer_rgba())[..., :3])
+    return figure, axes
 
 
 def _plain(axes: Axes) -> None:
@@ -130,7 +129,7 @@ def _curve(axes: Axes, distances: NDArray[np.float64]) -> None:
     top = 1.12 * float(np.nanmax(distances)) or 1.0
     axes.set_ylim(0.0, top)
     axes.set_xlim(0, max(len(distances) - 1, 1))
-    axes.xaxis.set_major_locator(MaxNLocator(integer=True))
+    count_by_whole_numbers(axes)
     for step, words, shift in ((start, 'start', 8), (best, 'best', 10)):
         axes.plot(step, distances[step], 'o', color=BASE_COLOUR, markersize=6, clip_on=False)
         late = step > 0.8 * len(distances)

@@ -3,19 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.figure import Figure
-from matplotlib.offsetbox import AnnotationBbox, OffsetImage
 from numpy.typing import NDArray
 
 from spatial_relations_ros.core import ConfigError, Relation
+from spatial_relations_ros.visualization.diagrams import new_figure, picture_of
 from spatial_relations_ros.visualization.images import Image
 from spatial_relations_ros.visualization.palette import FADED_INK, FRAME, INK, RELATION_COLOURS
 
-DPI = 120
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
 _SIZE = (16.0, 10.0)
 # Of the figure: the map lies between two columns of pictures.
 _LEFT, _RIGHT, _BOTTOM, _TOP = 0.19, 0.81, 0.11, 0.93
@@ -51,8 +51,7 @@ def draw_embedding_map(
         or not len(labels)
     ):
         raise ConfigError(f'a map needs (S, 2) places and S labels, got {places.shape}')
-    figure = Figure(figsize=_SIZE, dpi=DPI)
-    canvas = FigureCanvasAgg(figure)
+    figure = new_figure(_SIZE, layout=None)
     axes = figure.add_axes((_LEFT, _BOTTOM, _RIGHT - _LEFT, _TOP - _BOTTOM))
     axes.set_title(title, loc='left', fontsize=15, color=INK, fontweight='bold', pad=12)
     axes.set_xticks([])
@@ -76,8 +75,7 @@ def draw_embedding_map(
         labelcolor=INK, markerscale=1.6,
     )  # fmt: skip
     _show_scenes(axes, places, labels, thumbnails or {})
-    canvas.draw()
-    return np.ascontiguousarray(np.asarray(canvas.buffer_rgba())[..., :3])
+    return picture_of(figure)
 
 
 def _show_scenes(
@@ -108,6 +106,8 @@ def _show_scene(
     picture: Image,
     position: tuple[float, float],
 ) -> None:
+    from matplotlib.offsetbox import AnnotationBbox, OffsetImage
+
     colour = RELATION_COLOURS[label]
     zoom = _THUMBNAIL_INCHES * 72.0 / picture.shape[0]
     box = AnnotationBbox(

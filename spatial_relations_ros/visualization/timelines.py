@@ -4,13 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.figure import Figure
 
 from spatial_relations_ros.core import ConfigError
+from spatial_relations_ros.visualization.diagrams import DPI, new_figure, picture_of
 from spatial_relations_ros.visualization.images import Image
 from spatial_relations_ros.visualization.palette import (
     BASE_COLOUR,
@@ -20,7 +19,8 @@ from spatial_relations_ros.visualization.palette import (
     OBJECT_COLOURS,
 )
 
-DPI = 120
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 
 @dataclass(frozen=True)
@@ -74,14 +74,12 @@ def draw_timelines(timelines: Sequence[Timeline], *, width: int = 1000, rows: in
     if not timelines:
         raise ConfigError('there is no timeline to draw')
     size = width / DPI, rows * len(timelines) / DPI
-    figure = Figure(figsize=size, dpi=DPI, layout='constrained')
-    canvas = FigureCanvasAgg(figure)
+    figure = new_figure(size)
     panels = figure.subplots(len(timelines), 1, sharex=True, squeeze=False)[:, 0]
     for axes, timeline in zip(panels, timelines, strict=True):
         _draw(axes, timeline)
     panels[-1].set_xlabel('seconds after the first cloud', color=FADED_INK)
-    canvas.draw()
-    return np.ascontiguousarray(np.asarray(canvas.buffer_rgba())[..., :3])
+    return picture_of(figure)
 
 
 def _draw(axes: Axes, timeline: Timeline) -> None:
