@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -21,7 +20,6 @@ _LEAST_INSIDE = 0.12
 # ... and in a hollow that is less deep, as a share of its width, it stands as on a plate, unless
 # hardly anything of it towers above the rim.
 _CONTAINER_DEPTH, _LEAST_INSIDE_DISH = 0.19, 0.75
-_UPRIGHT = 0.9
 _TINY = 1e-6
 
 
@@ -32,8 +30,7 @@ class Arrangement:
     Attributes:
         lean_rad: angle of the relative to the nearest way in which it stands.
         foot: height of the relative's lowest point over the table, as a share of the scene's.
-        seat: the same over the base's top, negative below it; over the floor of a dish or tray
-            for what stands in it.
+        seat: the same over the base's top, negative below it.
         overhang: the share of the relative's foot beyond what carries it; 0 where it lies within,
             or stands on the table.
         off_centre: shift of the foot from the middle of what carries it in that direction, as a
@@ -60,7 +57,7 @@ class Arrangement:
         return Arrangement(
             lean_rad=lean_angle_rad(relative, least_margin=0.0),
             foot=(bottoms[1] - bottoms[0]) / height,
-            seat=(bottoms[1] - min(tops[0], _dish_floor(base, relative))) / height,
+            seat=(bottoms[1] - tops[0]) / height,
             overhang=max(over.share, 0.0),
             off_centre=max(over.off_centre, 0.0),
             sunk=_sunk(base, relative),
@@ -91,19 +88,6 @@ def _sunk(base: Placed, relative: Placed) -> float:
 
 def _is_dish(opening: Opening) -> bool:
     return opening.depth < _CONTAINER_DEPTH * 2.0 * min(opening.rim_half_size)
-
-
-def _dish_floor(base: Placed, relative: Placed) -> float:
-    """Height of the floor of an upright dish or tray in which the relative stands; else inf."""
-    opening = base.body.model.opening
-    if opening is None or not _is_dish(opening) or base.rotation[2, 2] < _UPRIGHT:
-        return math.inf
-    lowest = relative.world_points[relative.world_points[:, 2].argmin()]
-    local = base.to_object(lowest[None]).astype(np.float64)
-    if not _within(local[:, :2] - opening.centre, opening.rim_half_size, opening.is_round)[0]:
-        return math.inf
-    floor = np.array([*opening.centre, opening.floor_z])
-    return float((base.rotation @ floor + base.translation)[2])
 
 
 def _within(
