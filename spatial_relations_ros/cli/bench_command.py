@@ -21,6 +21,7 @@ class Step(StrEnum):
     """What can be timed."""
 
     EMBED = 'embed'
+    BFLOAT16 = 'bfloat16'
     GRADIENT = 'gradient'
     IMITATE = 'imitate'
     TRAIN = 'train'
@@ -60,6 +61,13 @@ def bench(
             show_default='bags/objects',
         ),
     ] = None,
+    threads: Annotated[
+        int | None,
+        typer.Option(
+            '--threads', min=1, show_default='as PyTorch finds',
+            help='Threads that PyTorch computes with.',
+        ),
+    ] = None,
     weights: WeightsOption = None,
     seed: SeedOption = 0,
     json_path: JsonOption = None,
@@ -68,9 +76,17 @@ def bench(
     if context.invoked_subcommand is not None:
         return
     from spatial_relations_ros.cli.provenance import provenance
-    from spatial_relations_ros.evaluation.bench import Bench, ratio_rows, timing_rows
+    from spatial_relations_ros.evaluation.bench import (
+        Bench,
+        peak_memory_mib,
+        ratio_rows,
+        timing_rows,
+        use_threads,
+    )
     from spatial_relations_ros.learning import load_metric
 
+    if threads is not None:
+        use_threads(threads)
     output = Output(json_path)
     wanted = steps or [
         Step.EMBED, Step.GRADIENT, Step.IMITATE, Step.TRAIN, Step.PERCEPTION
@@ -87,12 +103,16 @@ def bench(
         if step.value in skipped:
             continue
         with progress_bar(step.value) as advance:
-            timings.append(_steps(machine, config, bag, models)[step](advance))
+            timings += _steps(machine, config, bag, models)[step](advance)
     rows = timing_rows(timings)
     output.table(
-        ('step', 'runs', 'median ms', 'p90 ms'),
+        ('step', 'runs', 'median ms', 'p90 ms', 'CPU ms'),
         [
-            (row['step'], row['runs'], 1e3 * float(row['median']), 1e3 * float(row['p90']))
+            (
+                row['step'],
+                row['runs'],
+                *(1e3 * float(row[name]) for name in ('median', 'p90', 'cpu_median')),
+            )
             for row in rows
         ],
     )
@@ -101,13 +121,16 @@ def bench(
         output.say(f'{row["step"]}: {row["ratio"]:.1f} times faster than {row["than"]}')
     for name, reason in skipped.items():
         output.say(f'{name}: not measured, {reason}')
-    conditions = provenance()
-    output.say(f'{conditions["num_threads"]} threads, {conditions["cpu"]}')
+    conditions, memory = provenance(), peak_memory_mib()
+    output.say(
+        f'{conditions["num_threads"]} threads, {conditions["cpu"]}; at most {memory:.0f} MiB'
+    )
     output.write_json(
         {
             'timings': rows,
             'ratios': ratios,
             'not_measured': skipped,
+            'peak_memory_mib': memory,
             'seed': seed,
             'model_hash': metric.model_hash,
             'provenance': conditions,
@@ -183,7 +206,7 @@ def live(
 
 def _steps(
     machine: Bench, config: str, bag: Path | None, models: Path | None
-) -> dict[Step, Callable[[Any], Timing]]:
+) -> dict[Step, Callable[[Any], list[Timing]]]:
     def perception(on_run: Any) -> Timing:
         from spatial_relations_ros.pipeline import LibraryModels
 
@@ -191,16 +214,24 @@ def _steps(
         source = None if models is None else LibraryModels(models)
         return machine.perception(bag, source, on_run)
 
-    return {
+    single: dict[Step, Callable[[Any], Timing]] = {
         Step.EMBED: machine.embed,
         Step.GRADIENT: machine.pose_gradient,
-        Step.IMITATE: machine.imitate,
         Step.PAPER: machine.imitate_as_paper,
         Step.PAPER_GRADIENT: machine.pose_gradient_of_paper,
         Step.TRAIN: lambda on_run: machine.train_step(config, on_run),
         Step.PERCEPTION: perception,
         Step.READER: machine.reader,
         Step.STRUCTURED_READER: machine.structured_reader,
+    }
+
+    def alone(step: Callable[[Any], Timing]) -> Callable[[Any], list[Timing]]:
+        return lambda on_run: [step(on_run)]
+
+    return {
+        Step.IMITATE: machine.imitate,
+        Step.BFLOAT16: machine.network_precisions,
+        **{name: alone(step) for name, step in single.items()},
     }
 
 

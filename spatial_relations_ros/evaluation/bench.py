@@ -6,6 +6,7 @@ Scenes come from the project's own generator with a seed, so that two machines t
 from __future__ import annotations
 
 import dataclasses
+import resource
 import tempfile
 import time
 from collections.abc import Callable, Sequence
@@ -22,6 +23,7 @@ from spatial_relations_ros.evaluation.bag_reader import read_frames
 from spatial_relations_ros.evaluation.reader_timing import kinect_message, structured_points
 from spatial_relations_ros.evaluation.training import make_training_set
 from spatial_relations_ros.imitation import ImitationOptions, imitate
+from spatial_relations_ros.imitation.stages import STAGES
 from spatial_relations_ros.learning import (
     ModelCard,
     RelationMetric,
@@ -38,6 +40,8 @@ NUM_SCENES = 28
 NUM_OBJECTS = 20
 NUM_WARM_UPS = 2
 MIN_RUNS = 3
+# Scenes, as imitation embeds them.
+_BATCH = 8
 # Every relation is imitated with the objects of a scene of another relation.
 _PAPER_POINTS = 2000
 
@@ -51,15 +55,22 @@ class Timing:
     Attributes:
         name: of the step.
         seconds: one for each run, warm-up left out.
+        cpu_seconds: of all threads, one for each run; empty where it was not measured.
     """
 
     name: str
     seconds: tuple[float, ...]
+    cpu_seconds: tuple[float, ...] = ()
 
     @property
     def median(self) -> float:
         """Seconds."""
         return float(np.median(self.seconds))
+
+    @property
+    def cpu_median(self) -> float:
+        """Seconds of the processor; NaN where it was not measured."""
+        return float(np.median(self.cpu_seconds)) if self.cpu_seconds else float('nan')
 
     @property
     def p90(self) -> float:
@@ -92,6 +103,27 @@ class Bench:
             'embed', lambda idx: self.metric.embed_scenes([self._scene(idx)]), on_run
         )
 
+    def network_precisions(self, on_run: OnRun | None = None) -> list[Timing]:
+        """The network on the images of eight scenes, with its layers in bfloat16 and as it is.
+
+        Raises:
+            ConfigError: on a processor without bfloat16 of its own, which would emulate it.
+        """
+        if not has_bfloat16():
+            raise ConfigError('this processor has no bfloat16, which would be emulated')
+        encoder = self.metric.encoder.for_inference()
+        batch = np.stack([self.metric.projections(self._scene(idx)) for idx in range(_BATCH)])
+        images = torch.from_numpy(batch)
+
+        def step(is_low: bool) -> None:
+            with torch.inference_mode(), torch.autocast('cpu', torch.bfloat16, enabled=is_low):
+                encoder(images)
+
+        return [
+            self._timed('network in bfloat16', lambda _: step(True), on_run),
+            self._timed('network', lambda _: step(False), on_run),
+        ]
+
     def pose_gradient(self, on_run: OnRun | None = None) -> Timing:
         """From points to the distance of a scene and back to the points, the metric's network."""
         return self._gradient('pose gradient', self.metric, on_run)
@@ -110,13 +142,38 @@ class Bench:
 
         return self._timed(name, step, on_run)
 
-    def imitate(self, on_run: OnRun | None = None) -> Timing:
-        """One imitation with the default options."""
-        return self._timed(
-            'imitate',
-            lambda idx: imitate(self.metric, *self._request(idx), ImitationOptions()),
-            on_run,
-        )
+    def imitate(self, on_run: OnRun | None = None) -> list[Timing]:
+        """Imitations with the default options, their parts, and those with new objects.
+
+        Each request is made twice: with objects that no request had before, measured apart, the
+        first includes preparing their shapes.
+        """
+        parts: dict[str, list[float]] = {name: [] for name in STAGES}
+        first: list[tuple[float, float]] = []
+        seen: set[str] = set()
+
+        def prepare(idx: int) -> None:
+            ids = self._request(idx)[1].object_ids
+            start = time.perf_counter(), time.process_time()
+            imitate(self.metric, *self._request(idx), ImitationOptions())
+            if idx and not seen.intersection(ids):
+                first.append((time.perf_counter() - start[0], time.process_time() - start[1]))
+            seen.update(ids)
+
+        def step(idx: int) -> None:
+            result = imitate(self.metric, *self._request(idx), ImitationOptions())
+            for name, seconds in result.stage_seconds.items():
+                parts[name].append(seconds)
+
+        whole = self._timed('imitate', step, on_run, before=prepare)
+        split = [
+            Timing(f'imitate: {name}', tuple(seconds[NUM_WARM_UPS:]))
+            for name, seconds in parts.items()
+        ]
+        if first:
+            wall, cpu = zip(*first, strict=True)
+            split.append(Timing('imitate: first request with two objects', wall, cpu))
+        return [whole, *split]
 
     def imitate_as_paper(self, on_run: OnRun | None = None) -> Timing:
         """One imitation as the paper does it: its network, 600 steps of Adam, one start.
@@ -176,22 +233,48 @@ class Bench:
     def _request(self, idx: int) -> tuple[Scene, Scene]:
         return self._scene(idx), self._scene(idx + 1)
 
-    def _timed(self, name: str, step: Callable[[int], object], on_run: OnRun | None) -> Timing:
-        seconds = []
+    def _timed(
+        self,
+        name: str,
+        step: Callable[[int], object],
+        on_run: OnRun | None,
+        *,
+        before: Callable[[int], object] | None = None,
+    ) -> Timing:
+        seconds, cpu_seconds = [], []
         total = NUM_WARM_UPS + self.runs
         for idx in range(total):
-            start = time.perf_counter()
+            if before is not None:
+                before(idx)
+            start, cpu_start = time.perf_counter(), time.process_time()
             step(idx)
             seconds.append(time.perf_counter() - start)
+            cpu_seconds.append(time.process_time() - cpu_start)
             if on_run is not None:
                 on_run(idx + 1, total)
-        return Timing(name, tuple(seconds[NUM_WARM_UPS:]))
+        return Timing(name, tuple(seconds[NUM_WARM_UPS:]), tuple(cpu_seconds[NUM_WARM_UPS:]))
 
 
 def _paper_metric() -> RelationMetric:
     return RelationMetric(
         make_encoder('jund2018'), ModelCard('jund2018', num_points=_PAPER_POINTS)
     )
+
+
+def use_threads(num_threads: int) -> None:
+    """How many threads PyTorch computes with in this process."""
+    torch.set_num_threads(num_threads)
+
+
+def has_bfloat16() -> bool:
+    """Whether the processor computes with bfloat16 itself."""
+    capabilities = torch.cpu.get_capabilities()
+    return any(capabilities.get(name) for name in ('avx512_bf16', 'amx_bf16', 'bf16'))
+
+
+def peak_memory_mib() -> float:
+    """The most memory that this process has held, MiB."""
+    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0
 
 
 def ratio_rows(timings: Sequence[Timing]) -> list[dict[str, float | str]]:
@@ -201,6 +284,7 @@ def ratio_rows(timings: Sequence[Timing]) -> list[dict[str, float | str]]:
         ('imitate', 'imitate as the paper'),
         ('pose gradient', 'pose gradient of the paper'),
         ('reader', 'reader by structured array'),
+        ('network', 'network in bfloat16'),
     )
     return [
         {'step': ours, 'than': other, 'ratio': by_name[other].median / by_name[ours].median}
@@ -217,6 +301,7 @@ def timing_rows(timings: Sequence[Timing]) -> list[dict[str, float | int | str]]
             'runs': len(timing.seconds),
             'median': timing.median,
             'p90': timing.p90,
+            'cpu_median': timing.cpu_median,
             'min': min(timing.seconds),
             'max': max(timing.seconds),
         }
