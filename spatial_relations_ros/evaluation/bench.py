@@ -67,6 +67,15 @@ class Timing:
         """Seconds."""
         return float(np.median(self.seconds))
 
+    def where(self, name: str, chosen: Sequence[bool]) -> Timing:
+        """Some of the runs under another name; ``chosen`` counts the warm-up too."""
+        picked = np.flatnonzero(chosen[NUM_WARM_UPS:])
+        return Timing(
+            name,
+            tuple(self.seconds[idx] for idx in picked),
+            tuple(self.cpu_seconds[idx] for idx in picked),
+        )
+
     @property
     def cpu_median(self) -> float:
         """Seconds of the processor; NaN where it was not measured."""
@@ -143,13 +152,17 @@ class Bench:
         return self._timed(name, step, on_run)
 
     def imitate(self, on_run: OnRun | None = None) -> list[Timing]:
-        """Imitations with the default options, their parts, and those with new objects.
+        """Imitations with the default options, their outcomes, parts, and those with new objects.
+
+        Objects are paired blindly: about half of the requests cannot be met and are refused after
+        a longer search.
 
         Each request is made twice: with objects that no request had before, measured apart, the
         first includes preparing their shapes.
         """
         parts: dict[str, list[float]] = {name: [] for name in STAGES}
         first: list[tuple[float, float]] = []
+        successes: list[bool] = []
         seen: set[str] = set()
 
         def prepare(idx: int) -> None:
@@ -162,11 +175,17 @@ class Bench:
 
         def step(idx: int) -> None:
             result = imitate(self.metric, *self._request(idx), ImitationOptions())
+            successes.append(result.success)
             for name, seconds in result.stage_seconds.items():
                 parts[name].append(seconds)
 
         whole = self._timed('imitate', step, on_run, before=prepare)
         split = [
+            whole.where(f'imitate: {name}', [success is wanted for success in successes])
+            for name, wanted in (('successes', True), ('refusals', False))
+            if wanted in successes[NUM_WARM_UPS:]
+        ]
+        split += [
             Timing(f'imitate: {name}', tuple(seconds[NUM_WARM_UPS:]))
             for name, seconds in parts.items()
         ]

@@ -103,6 +103,9 @@ class PlacementSearch:
             keep_going: asked before each proposal; False ends the search.
         """
         self._arrangement = arrangement
+        # Measured once: search, ranking and checks ask for them again.
+        self._arrangements: dict[Proposal, Arrangement] = {}
+        self._grounds: dict[Proposal, Ground | None] = {}
         self._stages, self._keep_going = stages or Stages(), keep_going
         self._reaching = Reaching(test, objective.shapes, movable, options)
         self._test, self._objective, self._tabletop = test, objective, tabletop
@@ -270,8 +273,11 @@ class PlacementSearch:
         """What is below something that was let down; None for what rests in other manners."""
         if candidate.proposal is None or candidate.manner is not Manner.DROPPED:
             return None
-        raised = candidate.proposal.relative.moved(_HAIR * UP)
-        return Ground.below(raised, candidate.proposal.base)
+        proposal = candidate.proposal
+        if proposal not in self._grounds:
+            raised = proposal.relative.moved(_HAIR * UP)
+            self._grounds[proposal] = Ground.below(raised, proposal.base)
+        return self._grounds[proposal]
 
     def measured(self, candidates: Sequence[Candidate]) -> list[Candidate]:
         """The same placements with their distances and costs."""
@@ -311,6 +317,11 @@ class PlacementSearch:
         return is_alike(self._arranged(candidate.proposal), self._arrangement)
 
     def _arranged(self, proposal: Proposal) -> Arrangement:
+        if proposal not in self._arrangements:
+            self._arrangements[proposal] = self._arrangement_of(proposal)
+        return self._arrangements[proposal]
+
+    def _arrangement_of(self, proposal: Proposal) -> Arrangement:
         base, relative = (
             replace(placed, body=solid.body)
             for placed, solid in zip(

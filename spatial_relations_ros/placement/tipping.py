@@ -62,7 +62,8 @@ class Ground:
         gaps[:, :2] -= centre[:2]
         try:
             hull = ConvexHull(gaps)
-            outline = ConvexHull(gaps[:, :2])
+            # The corners seen from above are corners of the whole.
+            outline = ConvexHull(gaps[hull.vertices, :2])
         except QhullError:
             return None
         lower = hull.equations[hull.equations[:, 2] < -_FLAT]
