@@ -8,12 +8,13 @@ import math
 
 import numpy as np
 import torch
+from torch import Tensor
 
 from spatial_relations_ros.core import Pose, Scene
 from spatial_relations_ros.imitation.objective import Objective
 from spatial_relations_ros.imitation.options import ImitationOptions
 from spatial_relations_ros.imitation.placing import Placing
-from spatial_relations_ros.imitation.pose_optimizer import PoseBatch, evaluate
+from spatial_relations_ros.imitation.pose_optimizer import evaluate
 from spatial_relations_ros.imitation.poses import row_poses
 from spatial_relations_ros.imitation.result import ImitationAnswer
 
@@ -48,13 +49,15 @@ class AnswerMaker:
         )
         return rank(answers, usable_below)
 
-    def answers(self, batch: PoseBatch) -> list[ImitationAnswer]:
-        """Checked answers at exactly these poses, with distances as the metric reports them."""
+    def answers(self, rotations: Tensor, translations: Tensor) -> list[ImitationAnswer]:
+        """Checked answers at exactly these poses, with distances as the metric reports them.
+
+        Args:
+            rotations: (K, 2, 3, 3) world from object, of base and relative.
+            translations: (K, 2, 3) metres, from the objective's origin.
+        """
         headings = self.objective.metric.card.headings
-        if headings > 1:
-            batch = evaluate(
-                self.objective, batch.rotations, batch.translations, headings=headings
-            )
+        batch = evaluate(self.objective, rotations, translations, headings=headings)
         made = [
             self._answer(row_poses(batch, row, self.objective.origin), float(batch.distances[row]))
             for row in range(len(batch.costs))

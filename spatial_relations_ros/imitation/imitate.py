@@ -125,7 +125,7 @@ class _Imitation:
 
     def _as_it_stands(self, current: PoseBatch) -> ImitationAnswer:
         """The test scene as an answer, with what its arrangement adds to the distance."""
-        (answer,) = self.maker.answers(current)
+        (answer,) = self.maker.answers(current.rotations, current.translations)
         weight = self.options.layout_weight
         if self.options.physics_weight == 0.0 or weight == 0.0:
             return answer
@@ -233,6 +233,9 @@ class _Imitation:
 
         Those that were looked at are added to the tried ones, which are not looked at again.
         """
+        # After a stop the best is finished, unless there is a good one already.
+        if self.stopped and self._is_success(self.best):
+            return
         with self.stages.timed(CHECKS):
             self._make_answers(search, found, tried, farthest)
 
@@ -245,7 +248,7 @@ class _Imitation:
     ) -> None:
         wanted = self.options.num_answers + _SPARE_ANSWERS
         nearest: Candidate | None = None
-        num_feasible = 0.0
+        num_feasible, answered = 0.0, set[Candidate]()
         untried = [candidate for candidate in found if candidate not in tried]
         # After a stop only the best one that can rest is finished, so that the stop is prompt.
         at_most = _CHECKS_AFTER_STOP if self.stopped else _MAX_CHECKS
@@ -259,17 +262,19 @@ class _Imitation:
             if nearest is None or search.doubt(exact) < search.doubt(nearest):
                 nearest = exact
             if search.stays(exact):
-                (answer,) = self.maker.answers(search.batch([exact]))
-                steady = search.is_steady(exact)
+                (answer,) = self.maker.answers(*search.tensors(exact))
+                # What else there is to choose from decides whether that matters.
+                steady = self.stopped or search.is_steady(exact)
                 alike, extra = search.is_alike(exact), search.manner_penalty(exact)
                 self._add(
                     [self.maker.handicapped(answer, steady=steady, alike=alike, extra=extra)]
                 )
+                answered.add(exact)
                 num_feasible += answer.feasible * _worth(steady=steady, alike=alike)
             if num_feasible >= wanted or not self._keep_going(self.num_steps):
                 break
-        if nearest is not None and not self._is_success(self.best):
-            (answer,) = self.maker.answers(search.batch([nearest]))
+        if nearest is not None and nearest not in answered and not self._is_success(self.best):
+            (answer,) = self.maker.answers(*search.tensors(nearest))
             alike, doubt = search.is_alike(nearest), search.doubt(nearest)
             self._add([self.maker.handicapped(answer, steady=True, alike=alike, extra=doubt)])
 
@@ -286,7 +291,7 @@ class _Imitation:
         starts = current.select(torch.zeros(1, dtype=torch.int64))
         refined, distances = self._refine(starts)
         self.history += distances[1:, 0].tolist()
-        self._add(self.maker.answers(refined))
+        self._add(self.maker.answers(refined.rotations, refined.translations))
 
     def _refine(self, starts: PoseBatch) -> tuple[PoseBatch, torch.Tensor]:
         return refine(

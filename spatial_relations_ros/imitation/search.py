@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from torch import Tensor
 
 from spatial_relations_ros.core import Pose, Scene
 from spatial_relations_ros.core.rotations import tilt_angle_rad
@@ -344,6 +345,10 @@ class PlacementSearch:
         ]
         settled = [self.settled(candidate, exact=False) for candidate in moved]
         return self.measured([candidate for candidate in settled if candidate is not None])
+
+    def tensors(self, candidate: Candidate) -> tuple[Tensor, Tensor]:
+        """Rotations (1, 2, 3, 3) and translations (1, 2, 3) from the objective's origin."""
+        return pose_tensors([candidate.poses], self._objective.origin)
 
     def batch(self, candidates: Sequence[Candidate]) -> PoseBatch:
         """Candidates as the optimiser takes them."""

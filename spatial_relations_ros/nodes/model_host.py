@@ -19,8 +19,9 @@ MODEL_PARAMETERS = (
     ),
     ParameterSpec(
         'num_threads',
-        0,
-        'Threads that PyTorch computes with; 0: as many as it finds.',
+        1,
+        'Threads that PyTorch computes with; more make one request no faster. 0: as many as it '
+        'finds.',
         minimum=0,
         maximum=256,
         is_fixed=True,
