@@ -98,8 +98,8 @@ def generate_launch_description() -> LaunchDescription:
         arguments=['-d', str(config / 'relations.rviz')],
         condition=IfCondition(LaunchConfiguration('rviz')),
     )
-    # Shared memory that holds a few Kinect clouds; the default one loses most of them.
+    # Messages up to the size of a Kinect cloud; the default profile loses most of them.
     profile = SetEnvironmentVariable(
-        'FASTRTPS_DEFAULT_PROFILES_FILE', str(config / 'fastdds_large_clouds.xml')
+        'FASTRTPS_DEFAULT_PROFILES_FILE', str(config / 'fastdds_nodes.xml')
     )
     return LaunchDescription([*arguments, profile, perception, metric, imitate, panel, rviz])

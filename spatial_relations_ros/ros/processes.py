@@ -19,6 +19,7 @@ from spatial_relations_ros.core import (
 
 # A node needs 3 s; a busy machine many times that.
 STOP_TIMEOUT_SEC = 60.0
+_PROFILE = 'FASTRTPS_DEFAULT_PROFILES_FILE'
 TAIL_LINES = 15
 
 
@@ -39,7 +40,7 @@ def find_executable(name: str) -> Path:
 
 
 def local_graph(domain_id: int, log_folder: Path) -> dict[str, str]:
-    """Environment of a graph on this machine alone, fit for large clouds.
+    """Environment of a graph on this machine alone, fit for who publishes large clouds.
 
     Args:
         domain_id: ROS_DOMAIN_ID.
@@ -49,7 +50,7 @@ def local_graph(domain_id: int, log_folder: Path) -> dict[str, str]:
         'ROS_DOMAIN_ID': str(domain_id),
         'ROS_AUTOMATIC_DISCOVERY_RANGE': 'LOCALHOST',
         'ROS_LOG_DIR': str(log_folder),
-        'FASTRTPS_DEFAULT_PROFILES_FILE': str(share_path('config', 'fastdds_large_clouds.xml')),
+        _PROFILE: str(share_path('config', 'fastdds_large_clouds.xml')),
     }
 
 
@@ -57,12 +58,18 @@ class NodeProcesses:
     """Node processes, ended together when the ``with`` block is left.
 
     Args:
-        environment: variables added to this process's own.
+        environment: variables added to this process's own. Nodes publish no large clouds: they get
+            the profile with less shared memory, whatever it says.
         log_folder: gets one file a node with all that it prints.
     """
 
     def __init__(self, environment: Mapping[str, str], log_folder: Path) -> None:
-        self._environment = {**os.environ, 'PYTHONUNBUFFERED': '1', **environment}
+        self._environment = {
+            **os.environ,
+            'PYTHONUNBUFFERED': '1',
+            **environment,
+            _PROFILE: str(share_path('config', 'fastdds_nodes.xml')),
+        }
         self._log_folder = log_folder
         self._processes: dict[str, subprocess.Popen[bytes]] = {}
         log_folder.mkdir(parents=True, exist_ok=True)

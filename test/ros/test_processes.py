@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import socket
 from pathlib import Path
+from xml.etree import ElementTree
 
 import pytest
 
@@ -43,3 +44,17 @@ def test_a_used_domain_is_not_chosen() -> None:
         taken.bind(('127.0.0.1', PORT_BASE + PORTS_PER_DOMAIN * first))
         assert PORT_BASE + PORTS_PER_DOMAIN * first in used_udp_ports()
         assert free_domain_id() != first
+
+
+def test_nodes_fill_no_more_memory_with_messages_than_they_need(tmp_path: Path) -> None:
+    environment = local_graph(free_domain_id(), tmp_path)
+    with NodeProcesses(environment, tmp_path) as processes:
+        node = processes.start('metric_node')
+        given = Path(f'/proc/{node.pid}/environ').read_text().split('\0')
+    (profile,) = (item.partition('=')[2] for item in given if item.startswith('FASTRTPS'))
+    sizes = {}
+    for path in (profile, environment['FASTRTPS_DEFAULT_PROFILES_FILE']):
+        root = ElementTree.parse(path).getroot()
+        sizes[path] = int(root.findtext('.//{*}segment_size'))
+        assert sizes[path] >= int(root.findtext('.//{*}maxMessageSize')) >= 1920 * 1080 * 16
+    assert min(sizes, key=sizes.__getitem__) == profile
