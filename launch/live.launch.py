@@ -14,9 +14,13 @@ from spatial_relations_ros.core import share_path
 def generate_launch_description() -> LaunchDescription:
     config: Path = share_path('config')
     models_path = LaunchConfiguration('models_path')
+    enclaves = LaunchConfiguration('enclaves')
     namespace = LaunchConfiguration('namespace')
     arguments = [
         DeclareLaunchArgument('namespace', default_value='', description='Of all nodes'),
+        DeclareLaunchArgument(
+            'enclaves', default_value='', description='Put before the enclaves of SROS2: /robot1'
+        ),
         DeclareLaunchArgument(
             'points', default_value='/kinect2/qhd/points', description='PointCloud2 topic'
         ),
@@ -45,6 +49,7 @@ def generate_launch_description() -> LaunchDescription:
         executable='perception_node',
         name='perception_node',
         namespace=namespace,
+        ros_arguments=['--enclave', [enclaves, '/perception_node']],
         output='screen',
         parameters=[
             str(config / 'perception_node.yaml'),
@@ -63,6 +68,7 @@ def generate_launch_description() -> LaunchDescription:
         executable='metric_node',
         name='metric_node',
         namespace=namespace,
+        ros_arguments=['--enclave', [enclaves, '/metric_node']],
         output='screen',
         parameters=[str(config / 'metric_node.yaml'), weights, world_frame],
     )
@@ -71,6 +77,7 @@ def generate_launch_description() -> LaunchDescription:
         executable='imitate_node',
         name='imitate_node',
         namespace=namespace,
+        ros_arguments=['--enclave', [enclaves, '/imitate_node']],
         output='screen',
         parameters=[
             str(config / 'imitate_node.yaml'),
@@ -84,6 +91,7 @@ def generate_launch_description() -> LaunchDescription:
         executable='panel_node',
         name='panel_node',
         namespace=namespace,
+        ros_arguments=['--enclave', [enclaves, '/panel_node']],
         output='screen',
         parameters=[
             str(config / 'panel_node.yaml'),

@@ -13,6 +13,8 @@ from spatial_relations_msgs.srv import ListRelations
 from spatial_relations_ros.nodes.bag_player import BagPlayer
 from spatial_relations_ros.nodes.demo_plan import read_demo_plan
 
+CAMERA_FRAME = 'kinect2_ir_optical_frame'
+
 
 @pytest.fixture(scope='package')
 def graph(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Graph]:
@@ -40,10 +42,14 @@ def session(
         remappings={
             '~/points': plan.points_topic,
             '~/tracked_objects': plan.tracked_objects_topic,
+            '~/detections': '/detections',
         },
+        arguments=['--enclave', '/perception_node'],
     )
     graph.processes.start(
-        'metric_node', parameters={'weights': str(weights), 'memory_path': str(memory)}
+        'metric_node',
+        parameters={'weights': str(weights), 'memory_path': str(memory)},
+        arguments=['--enclave', '/metric_node'],
     )
     graph.processes.start(
         'imitate_node',
@@ -59,6 +65,7 @@ def session(
             # How the gripper holds what is moved.
             'grasps': [f'{plan.imitations[0].test_ids[1]}=0 0 0.1 1 0 0 0'],
         },
+        arguments=['--enclave', '/imitate_node'],
     )
     session = DemoSession(graph, plan)
     graph.call(ListRelations, '/metric_node/list')
@@ -70,3 +77,21 @@ def session(
     graph.wait(lambda: session.scenes[pair] > 0, 'a scene of the demonstration')
     session.is_playing = False
     return session
+
+
+@pytest.fixture(scope='package')
+def panel_address(session: DemoSession) -> str:
+    """Where the panel of this session is."""
+    graph = session.graph
+    graph.processes.start(
+        'panel_node',
+        parameters={
+            'port': 0,
+            'models_path': str(session.plan.models_path),
+            'camera_frame': CAMERA_FRAME,
+        },
+        arguments=['--enclave', '/panel_node'],
+    )
+    name = 'panel_node: panel'
+    graph.wait(lambda: graph.diagnostic(name)['message'].startswith('http'), 'panel', START_SEC)
+    return graph.diagnostic(name)['message']

@@ -17,24 +17,12 @@ from spatial_relations_msgs.srv import Forget, ListRelations
 
 pytestmark = pytest.mark.ros
 
-CAMERA_FRAME = 'kinect2_ir_optical_frame'
 WIDE, NARROW = (1280, 900), (420, 900)
 
 
 @pytest.fixture(scope='module')
-def address(session: DemoSession) -> str:
-    graph = session.graph
-    graph.processes.start(
-        'panel_node',
-        parameters={
-            'port': 0,
-            'models_path': str(session.plan.models_path),
-            'camera_frame': CAMERA_FRAME,
-        },
-    )
-    name = 'panel_node: panel'
-    graph.wait(lambda: graph.diagnostic(name)['message'].startswith('http'), 'panel', START_SEC)
-    return graph.diagnostic(name)['message']
+def address(panel_address: str) -> str:
+    return panel_address
 
 
 @pytest.fixture
