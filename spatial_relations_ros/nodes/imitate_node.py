@@ -87,6 +87,7 @@ class ImitateNode(RelationsNode):
 
     def close(self) -> None:
         """Ends the worker and what runs on it, and the perception of this process."""
+        super().close()
         self._follower.close()
         self._host.worker.close()
         self._standalone.close()

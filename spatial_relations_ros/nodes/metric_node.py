@@ -77,11 +77,17 @@ class MetricNode(RelationsNode):
         return 'weights in memory, the open file of relations, counters'
 
     def close(self) -> None:
-        """Ends the worker and closes the memory."""
+        """Ends the worker."""
+        super().close()
         self._host.worker.close()
+
+    def destroy_node(self) -> None:
+        """Closes the memory, after the job that writes into it."""
+        self._host.worker.join()
         with self._memory_lock:
             if self._opened is not None:
                 self._opened.close()
+        super().destroy_node()
 
     @property
     def _memory(self) -> RelationMemory:

@@ -101,6 +101,7 @@ class PanelNode(RelationsNode):
 
     def close(self) -> None:
         """Ends the server and what it waits for."""
+        super().close()
         if hasattr(self, '_imitations'):  # not when the node could not be set up
             self._imitations.close()
         if hasattr(self, '_server'):

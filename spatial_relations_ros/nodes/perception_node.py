@@ -128,6 +128,7 @@ class PerceptionNode(RelationsNode):
 
     def close(self) -> None:
         """Ends the thread of perception."""
+        super().close()
         if hasattr(self, '_worker'):  # not when the parameters could not be used
             self._worker.close()
             self._recording.close()

@@ -22,7 +22,7 @@ from spatial_relations_ros.ros.conversions import (
 )
 from spatial_relations_ros.ros.parameters import ParameterSpec
 from spatial_relations_ros.ros.relations_node import RelationsNode
-from spatial_relations_ros.ros.waiting import NoAnswerError, wait_for
+from spatial_relations_ros.ros.waiting import SHUTTING_DOWN, NoAnswerError, wait_for, wait_until
 
 SCENE_PARAMETERS = (
     ParameterSpec(
@@ -144,16 +144,20 @@ def call(node: RelationsNode, client: Any, request: Any) -> Any:
     """Calls another node's service and waits for its answer.
 
     Raises:
-        NoAnswerError: when the service is not there or does not answer in time.
+        NoAnswerError: when the service is not there or does not answer in time, or the node is
+            shutting down.
     """
     timeout_sec = node.parameters.number('service_timeout')
-    if not client.service_is_ready() and not client.wait_for_service(timeout_sec):
+    wait_until(lambda: node.is_closing or client.service_is_ready(), timeout_sec)
+    if node.is_closing:
+        raise NoAnswerError(SHUTTING_DOWN)
+    if not client.service_is_ready():
         raise NoAnswerError(
             f'no service {client.srv_name}: is its node running, and in the same namespace?'
         )
     future = client.call_async(request)
     try:
-        return wait_for(future, timeout_sec)
+        return wait_for(future, timeout_sec, lambda: node.is_closing)
     except NoAnswerError as error:
         client.remove_pending_request(future)
         raise NoAnswerError(f'{client.srv_name}: {error}') from error

@@ -12,7 +12,7 @@ from spatial_relations_ros.nodes.perception_node import PerceptionNode
 from spatial_relations_ros.nodes.scene_client import SceneClient
 from spatial_relations_ros.ros.diagnostics import ERROR, OK, State
 from spatial_relations_ros.ros.relations_node import RelationsNode
-from spatial_relations_ros.ros.running import NodeThread
+from spatial_relations_ros.ros.running import SpinThread, spin_alone
 
 PERIOD_SEC = 0.1
 
@@ -30,7 +30,7 @@ class Standalone:
             1e9 * node.parameters.number('discovery_time')
         )
         self._state = State(OK, 'looking for a perception node')
-        self._perception: NodeThread | None = None
+        self._perception: SpinThread | None = None
         node.diagnostics.add_state('standalone', lambda: self._state)
         self._timer = node.create_timer(
             PERIOD_SEC, self._decide, callback_group=MutuallyExclusiveCallbackGroup()
@@ -80,7 +80,7 @@ class Standalone:
             return
         perception, metric = made
         # Clouds come often: they must not share the executor of those who wait (see run_node).
-        self._perception = NodeThread(perception)
+        self._perception = spin_alone(perception)
         self._node.executor.add_node(metric)
         self._finish('on: perception and metric run in this process')
         self._node.get_logger().info(self._state.message)

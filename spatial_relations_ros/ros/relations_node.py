@@ -31,7 +31,7 @@ class RelationsNode(Node):
     request that cannot be served is answered with ``success=false`` and the reason.
 
     Requests may wait for the worker thread or for another node: run the node in an executor of
-    several threads (``run_nodes``). They wait instead of being coroutines because the executor of
+    several threads (``run_node``). They wait instead of being coroutines because the executor of
     rclpy 7 polls a pending coroutine without a pause, which takes a whole core from the inference
     that it waits for.
     """
@@ -53,6 +53,7 @@ class RelationsNode(Node):
         # Requests may overlap: each waits on its own thread.
         self.requests_group = ReentrantCallbackGroup()
         self._places = threading.BoundedSemaphore(MAX_WAITING_REQUESTS)
+        self._closing = threading.Event()
         self.serve(Trigger, '~/reset', self._on_reset, may_wait=False)
 
     def reset(self) -> str:
@@ -69,8 +70,17 @@ class RelationsNode(Node):
         self.get_logger().info(f'reset on request: {forgotten}')
         response.success, response.message = True, f'forgotten: {forgotten}'
 
+    @property
+    def is_closing(self) -> bool:
+        """Whether callbacks should come to an end."""
+        return self._closing.is_set()
+
     def close(self) -> None:
-        """Stops what the node runs beside its callbacks; called before it is destroyed."""
+        """Stops what the node runs beside its callbacks, and what callbacks wait for.
+
+        Called while the node still spins, and once more before it is destroyed.
+        """
+        self._closing.set()
 
     def subscribe(
         self,

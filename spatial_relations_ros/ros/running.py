@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
 import signal
 import sys
 import threading
@@ -15,6 +14,8 @@ from rclpy.executors import (
     MultiThreadedExecutor,
     SingleThreadedExecutor,
 )
+from rclpy.node import Node
+from rclpy.signals import SignalHandlerOptions
 
 from spatial_relations_ros.core import SpatialRelationsError
 from spatial_relations_ros.ros.relations_node import MAX_WAITING_REQUESTS, RelationsNode
@@ -24,30 +25,83 @@ from spatial_relations_ros.ros.relations_node import MAX_WAITING_REQUESTS, Relat
 NUM_THREADS = 2 * MAX_WAITING_REQUESTS + 8
 
 
-class NodeThread:
-    """Spins one node on a thread of its own, beside the executor of its process.
+class WaitingExecutor(MultiThreadedExecutor):
+    """An executor of several threads that waits for all of them at its end.
 
-    Args:
-        node: whose callbacks wait for nobody; from now on this object ends it.
+    That of rclpy 7 leaves them behind (github.com/ros2/rclpy/pull/1309): callbacks would go on
+    with nodes that are being destroyed.
     """
 
-    def __init__(self, node: RelationsNode) -> None:
-        self._node = node
-        self._executor = SingleThreadedExecutor(context=node.context)
-        self._executor.add_node(node)
+    def shutdown(self, timeout_sec: float | None = None) -> bool:
+        """Ends it after what its threads do; to be called when it no longer spins."""
+        self._executor.shutdown(wait=True)
+        return bool(super().shutdown(timeout_sec))
+
+
+class SpinThread:
+    """Spins nodes on a thread of its own, and from now on ends them.
+
+    Args:
+        executor: spins them; nodes may be added to it until the end.
+        node: the first of them.
+        on_end: called on that thread when it ends, asked or not.
+
+    Attributes:
+        error: what a callback raised, which ends the thread.
+    """
+
+    def __init__(
+        self, executor: Executor, node: Node, on_end: Callable[[], None] = lambda: None
+    ) -> None:
+        self.error: Exception | None = None
+        self._executor, self._on_end = executor, on_end
+        self._is_closing = threading.Event()
+        executor.add_node(node)
         self._thread = threading.Thread(target=self._spin, name=node.get_name(), daemon=True)
         self._thread.start()
 
     def _spin(self) -> None:
-        with contextlib.suppress(ExternalShutdownException):
-            self._executor.spin()
+        try:
+            while not self._is_closing.is_set() and self._executor.context.ok():
+                self._executor.spin_once()
+        except ExternalShutdownException:
+            pass
+        except Exception as error:  # for whoever ends this thread
+            self.error = error
+        finally:
+            self._on_end()
 
     def close(self) -> None:
-        """Ends the thread and the node; a second call does nothing."""
-        if self._thread.is_alive():
-            self._executor.shutdown(timeout_sec=5.0)
-            self._thread.join()
-        self._node.destroy_node()
+        """Ends all in the one order in which nothing is used after its end.
+
+        What the nodes run beside their callbacks and what callbacks wait for; while that is
+        answered, the nodes still spin. Then the spinning, then the callbacks that run. Nobody
+        uses the nodes any more when they are destroyed. A second call does nothing.
+        """
+        if self._is_closing.is_set():
+            return
+        self._close_nodes()
+        self._is_closing.set()
+        # Work ends the wait for work; shutdown would take the executor apart beneath its thread
+        # (github.com/ros2/rclpy/issues/968).
+        self._executor.create_task(lambda: None)
+        self._thread.join()
+        nodes = self._close_nodes()  # once more: callbacks may have added some
+        self._executor.shutdown()
+        for node in nodes:
+            node.destroy_node()
+
+    def _close_nodes(self) -> list[Node]:
+        nodes: list[Node] = self._executor.get_nodes()
+        for node in nodes:
+            if isinstance(node, RelationsNode):
+                node.close()
+        return nodes
+
+
+def spin_alone(node: RelationsNode) -> SpinThread:
+    """Spins a node, whose callbacks wait for nobody, beside the executor of its process."""
+    return SpinThread(SingleThreadedExecutor(context=node.context), node)
 
 
 def run_node(
@@ -57,6 +111,10 @@ def run_node(
     may_wait: bool = True,
 ) -> int:
     """Runs a node until Ctrl-C, a termination signal or a shutdown of the context.
+
+    A signal only asks: the context lives until the nodes have ended. rclpy's own handlers shut it
+    down at once, beneath whatever runs, and interrupt the main thread wherever it is. A second
+    signal changes nothing, and one that comes during the start is obeyed after it.
 
     Args:
         make_node: makes the node once rclpy is initialised.
@@ -69,28 +127,25 @@ def run_node(
     Returns:
         Exit code: 0 after a requested end, 2 when the node could not be set up.
     """
-    exit_code = 0
-    executor: Executor | None = None
+    is_asked = threading.Event()
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, lambda *_: is_asked.set())
     try:
-        rclpy.init(args=None if arguments is None else list(arguments))
-        executor = MultiThreadedExecutor(NUM_THREADS) if may_wait else SingleThreadedExecutor()
-        executor.add_node(make_node())
-        executor.spin()
-    except (KeyboardInterrupt, ExternalShutdownException):
-        pass
-    except SpatialRelationsError as error:
-        print(f'cannot start: {error}', file=sys.stderr)
-        exit_code = 2
+        rclpy.init(
+            args=None if arguments is None else list(arguments),
+            signal_handler_options=SignalHandlerOptions.NO,
+        )
+        try:
+            node = make_node()
+        except SpatialRelationsError as error:
+            print(f'cannot start: {error}', file=sys.stderr)
+            return 2
+        executor = WaitingExecutor(NUM_THREADS) if may_wait else SingleThreadedExecutor()
+        spinning = SpinThread(executor, node, on_end=is_asked.set)
+        is_asked.wait()
+        spinning.close()
+        if spinning.error is not None:
+            raise spinning.error
     finally:
-        # Ctrl-C under a launcher can arrive twice; the second must not cut this short.
-        signal.signal(signal.SIGINT, signal.SIG_IGN)
-        if executor is not None:
-            nodes = executor.get_nodes()
-            for node in nodes:
-                if isinstance(node, RelationsNode):
-                    node.close()
-            executor.shutdown(timeout_sec=5.0)
-            for node in nodes:
-                node.destroy_node()
         rclpy.try_shutdown()
-    return exit_code
+    return 0

@@ -5,8 +5,8 @@ from __future__ import annotations
 import threading
 import time
 from collections.abc import Callable
+from concurrent.futures import CancelledError, ThreadPoolExecutor
 from concurrent.futures import Future as JobFuture
-from concurrent.futures import ThreadPoolExecutor
 from typing import Any, TypeVar
 
 from rclpy.task import Future
@@ -16,6 +16,9 @@ from spatial_relations_ros.core import SpatialRelationsError
 Result = TypeVar('Result')
 
 POLL_SEC = 0.02
+# How often who waits asks whether to go on.
+ASK_SEC = 0.1
+SHUTTING_DOWN = 'the node is shutting down'
 
 
 class BusyError(SpatialRelationsError):
@@ -26,16 +29,27 @@ class NoAnswerError(SpatialRelationsError):
     """A service of another node that is not there or does not answer."""
 
 
-def wait_for(future: Future, timeout_sec: float) -> Any:
+def wait_for(
+    future: Future, timeout_sec: float, is_over: Callable[[], bool] = lambda: False
+) -> Any:
     """The result of an rclpy future that another thread of the executor completes.
 
+    Args:
+        future: of a request.
+        timeout_sec: longest wait.
+        is_over: whether nobody wants the result any more, asked now and then.
+
     Raises:
-        NoAnswerError: when it is not complete in time.
+        NoAnswerError: when it is not complete in time, or the wait is over.
     """
     done = threading.Event()
     future.add_done_callback(lambda _: done.set())
-    if not done.wait(timeout_sec):
-        raise NoAnswerError(f'no answer within {timeout_sec:g} s')
+    end_sec = time.monotonic() + timeout_sec
+    while not done.wait(max(0.0, min(ASK_SEC, end_sec - time.monotonic()))):
+        if is_over():
+            raise NoAnswerError(SHUTTING_DOWN)
+        if time.monotonic() >= end_sec:
+            raise NoAnswerError(f'no answer within {timeout_sec:g} s')
     return future.result()
 
 
@@ -67,11 +81,11 @@ class Worker:
         """
         with self._lock:
             if self.is_closing:
-                raise BusyError('the node is shutting down')
+                raise BusyError(SHUTTING_DOWN)
             if self._num_pending >= self._max_pending:
                 raise BusyError(f'{self._num_pending} requests wait already; try again later')
             self._num_pending += 1
-        future = self._pool.submit(job)
+            future = self._pool.submit(job)
         future.add_done_callback(self._finished)
         return future
 
@@ -83,14 +97,23 @@ class Worker:
         """Runs a job on the worker's thread and waits for its result.
 
         Raises:
-            BusyError: as ``submit`` does; otherwise what the job raises.
+            BusyError: as ``submit`` does, or when the job was dropped because the worker closes;
+                otherwise what the job raises.
         """
-        return self.submit(job).result()
+        try:
+            return self.submit(job).result()
+        except CancelledError:
+            raise BusyError(SHUTTING_DOWN) from None
 
     def close(self) -> None:
         """Drops waiting jobs and tells the running one to end."""
-        self._closing.set()
+        with self._lock:
+            self._closing.set()
         self._pool.shutdown(wait=False, cancel_futures=True)
+
+    def join(self) -> None:
+        """Waits for the running job, after ``close``."""
+        self._pool.shutdown(wait=True)
 
 
 def wait_until(condition: Callable[[], bool], timeout_sec: float) -> bool:

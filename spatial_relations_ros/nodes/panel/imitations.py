@@ -21,7 +21,14 @@ from spatial_relations_ros.perception.object_models import ModelSource
 from spatial_relations_ros.ros import qos
 from spatial_relations_ros.ros.conversions import scene_from_msg
 from spatial_relations_ros.ros.relations_node import RelationsNode
-from spatial_relations_ros.ros.waiting import BusyError, NoAnswerError, Worker, wait_for
+from spatial_relations_ros.ros.waiting import (
+    SHUTTING_DOWN,
+    BusyError,
+    NoAnswerError,
+    Worker,
+    wait_for,
+    wait_until,
+)
 from spatial_relations_ros.visualization.report import scene_content
 from spatial_relations_ros.visualization.shown_imitation import lowest_point
 
@@ -71,7 +78,8 @@ class Imitations:
         self._worker.close()
 
     def destroy(self) -> None:
-        """Destroys the action client, before its node."""
+        """Destroys the action client, after the job that uses it and before its node."""
+        self._worker.join()
         self._client.destroy()
 
     def start(self, command: ImitateCommand) -> None:
@@ -144,10 +152,13 @@ class Imitations:
 
     def _result_of(self, goal: Any) -> Any:
         timeout_sec = self._node.parameters.number('service_timeout')
-        if not self._client.wait_for_server(timeout_sec):
+        wait_until(lambda: self._node.is_closing or self._client.server_is_ready(), timeout_sec)
+        if self._node.is_closing:
+            raise NoAnswerError(SHUTTING_DOWN)
+        if not self._client.server_is_ready():
             raise NoAnswerError('no imitate node: is it running, and in the same namespace?')
         sent = self._client.send_goal_async(goal, feedback_callback=self._on_feedback)
-        handle = wait_for(sent, timeout_sec)
+        handle = wait_for(sent, timeout_sec, lambda: self._node.is_closing)
         if not handle.accepted:
             raise BusyError('the imitate node does not take the request now; try again later')
         with self._lock:
@@ -166,8 +177,8 @@ class Imitations:
             now_sec = time.monotonic()
             if self._client.server_is_ready():
                 seen_sec = now_sec
-            if self._worker.is_closing:
-                raise NoAnswerError('the panel ends')
+            if self._node.is_closing:
+                raise NoAnswerError(SHUTTING_DOWN)
             if now_sec - seen_sec > GONE_SEC:
                 raise NoAnswerError('the imitate node went away while it worked')
             if now_sec - start_sec > timeout_sec:

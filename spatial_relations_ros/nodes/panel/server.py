@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import contextlib
 import functools
 import re
 import threading
@@ -108,20 +109,23 @@ class PanelServer:
             content: of the message.
             only_changes: sends nothing when it says what the last one said.
         """
-        if self._loop.is_running():
-            send = functools.partial(self._hub.publish, only_changes=only_changes)
+        send = functools.partial(self._hub.publish, only_changes=only_changes)
+        with contextlib.suppress(RuntimeError):  # the server has ended
             self._loop.call_soon_threadsafe(send, subject, content)
 
     def close(self) -> None:
         """Says goodbye to browsers and ends the thread."""
         if self._thread.is_alive():
-            self._loop.call_soon_threadsafe(self._stop.set)
-            self._thread.join(START_SEC)
+            with contextlib.suppress(RuntimeError):  # it ends already
+                self._loop.call_soon_threadsafe(self._stop.set)
+            self._thread.join()
 
     def _run(self) -> None:
         asyncio.set_event_loop(self._loop)
         try:
             self._loop.run_until_complete(self._serve())
+            # The commands that are being carried out use the node.
+            self._loop.run_until_complete(self._loop.shutdown_default_executor())
         finally:
             self._started.set()
             self._loop.close()
