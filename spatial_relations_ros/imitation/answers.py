@@ -21,7 +21,7 @@ from spatial_relations_ros.imitation.result import ImitationAnswer
 # Among answers that are all but equal under the metric the nearest place wins.
 _WAY_WEIGHT = 0.02
 _LONG_WAY = 3.0
-_UNSTEADY_WEIGHT = 0.15
+_UNSTEADY_WEIGHT = 0.4
 _ANOTHER_PLACE = 0.5
 # An attempt that falls, or is arranged otherwise, is worth less than one that is so much farther.
 _DOUBTFUL = 0.8

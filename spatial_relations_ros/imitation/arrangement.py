@@ -52,6 +52,11 @@ def is_alike(got: Arrangement, wanted: Arrangement) -> bool:
     return max(_differences(got, wanted)) <= 1.0
 
 
+def rests_on_other(arrangement: Arrangement) -> bool:
+    """Whether the relative is carried by the base alone, level."""
+    return arrangement.foot >= _STANDS and arrangement.lean_rad <= _LEANS_RAD
+
+
 def _differences(got: Arrangement, wanted: Arrangement) -> tuple[float, ...]:
     """Differences in shares of what makes another way, of the quantities that matter."""
     lean = _lean_difference(got.lean_rad, wanted.lean_rad)

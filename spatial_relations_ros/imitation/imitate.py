@@ -44,7 +44,7 @@ _CLEAR = 0.6
 # What barely stays is one of several, the rest may be steadier.
 _UNSTEADY_COUNT = 0.4
 _OTHERWISE_COUNT = 0.2
-_MAX_MORE = 4
+_MAX_MORE = 3
 _SPARE_ANSWERS = 1
 _SAME_SHIFT = 0.02
 # Of half of the angle, as quaternions are compared.
@@ -151,7 +151,8 @@ class _Imitation:
             self._refine_nearest(search, found)
             self._check(search, found, tried)
         for _ in range(_MAX_MORE if self.options.propose else 0):
-            if self._is_clear(self.best) or not self._keep_going(self.num_steps):
+            is_sure = self.best.steady or not search.needs_foothold
+            if (is_sure and self._is_clear(self.best)) or not self._keep_going(self.num_steps):
                 break
             # Nothing near the demonstration stays: look on around what was not tried yet.
             with self.stages.timed(PROPOSALS):

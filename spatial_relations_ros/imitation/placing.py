@@ -9,6 +9,7 @@ from functools import cached_property
 import numpy as np
 
 from spatial_relations_ros.core import Pose, Scene
+from spatial_relations_ros.imitation import statics
 from spatial_relations_ros.imitation.contact import Body
 from spatial_relations_ros.imitation.feasibility import (
     PlacementCheck,
@@ -73,9 +74,20 @@ class Placing:
             placements.append(placement)
             if self.movable[k]:
                 violations += [*check.violations, *problems]
+        if all(self.movable) and moves[0] and not violations:
+            violations += self._tipping(goal)
         ids = self.test.object_ids
         order = tuple(Move(ids[idx], to_target) for idx, to_target in plan.steps)
         return Placed((placements[0], placements[1]), tuple(violations), order)
+
+    def _tipping(self, goal: tuple[Body, Body]) -> list[str]:
+        """What is wrong where a base that is placed anew does not bear the relative."""
+        if any(body.shape.is_estimate for body in goal):
+            return []
+        if statics.stay_together(*goal, self.table_height):
+            return []
+        base, relative = self.test.object_ids
+        return [f'{base} would not stay under {relative}']
 
     @cached_property
     def _reaching(self) -> Reaching:

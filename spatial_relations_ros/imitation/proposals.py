@@ -15,10 +15,12 @@ from numpy.typing import NDArray
 
 from spatial_relations_ros.imitation.layout import MAX_GAP
 from spatial_relations_ros.placement.body import Body, Placed
+from spatial_relations_ros.placement.footholds import find_footholds
 from spatial_relations_ros.placement.inside import place_inside, place_inside_lying
 from spatial_relations_ros.placement.leaning_on import place_inclined, place_inside_inclined
 from spatial_relations_ros.placement.on import place_next_to, place_on_edge, place_on_top
 from spatial_relations_ros.placement.resting import (
+    UP,
     PlacingRule,
     about_axis,
     about_z,
@@ -27,6 +29,7 @@ from spatial_relations_ros.placement.resting import (
     half_width,
 )
 from spatial_relations_ros.placement.settling import Manner, lean_direction, settle
+from spatial_relations_ros.placement.tipping import tipped
 
 FloatArray = NDArray[np.float64]
 
@@ -40,6 +43,7 @@ _ALIGNED_SHARE = 0.5
 _SHIFT_SHARE = 0.06
 _TURN_RAD = math.radians(18.0)
 _LEAN_RAD = math.radians(6.0)
+_FOOTHOLDS_A_HEADING = 3
 
 
 @dataclass(frozen=True, eq=False)
@@ -129,8 +133,8 @@ class Proposer:
         self._relative = relative.coarse
         self._rng = rng
         self.cells = [
-            Cell(base.coarse(), orientation, rule, manner)
-            for base in bases
+            Cell(base, orientation, rule, manner)
+            for base in map(Placed.coarse, bases)
             for rule, manner in _rules_for(base)
             for orientation in orientations
             if (may_lean or manner not in _LEANING) and (not on_table or manner in _ON_TABLE)
@@ -186,6 +190,36 @@ class Proposer:
         return (
             None if settled is None else Proposal(fixed, settled, proposal.manner, proposal.cell)
         )
+
+    def on_footholds(self, count: int) -> Iterator[Proposal]:
+        """Placements on the steadiest footholds of as many as a look at each pair of ways finds.
+
+        Every way in which the relative is let down onto one in which the base stands is looked at
+        once, at a new heading each time.
+        """
+        found: list[tuple[float, int, Placed]] = []
+        for idx in self._ways_to_drop():
+            moving, fixed = self._standing(self.cells[idx]), self.cells[idx].fixed
+            there = find_footholds(moving, fixed, self._rng)
+            for place in np.argsort(-there.hold)[:_FOOTHOLDS_A_HEADING]:
+                moved = moving.moved(np.append(there.offsets[place], 0.0))
+                found.append((float(there.hold[place]), idx, moved))
+        found.sort(key=lambda entry: -entry[0])
+        for _, idx, moving in found[:count]:
+            fixed = self.cells[idx].fixed
+            top = float(fixed.world_vertices[:, 2].max())
+            placed = tipped(dropped(moving.moved(top * UP), fixed), fixed)
+            if placed is not None:
+                yield Proposal(fixed, placed, Manner.DROPPED, idx)
+
+    def _ways_to_drop(self) -> list[int]:
+        """One cell for each way in which the base stands with each in which the relative does."""
+        ways = {
+            (id(cell.fixed), id(cell.standing)): idx
+            for idx, cell in enumerate(self.cells)
+            if cell.rule is place_over
+        }
+        return list(ways.values())
 
     def _standing(self, cell: Cell) -> Placed:
         yaw = self._rng.uniform(0.0, 2.0 * np.pi)

@@ -12,7 +12,11 @@ from torch import Tensor
 
 from spatial_relations_ros.core import Pose, Scene
 from spatial_relations_ros.core.rotations import tilt_angle_rad
-from spatial_relations_ros.imitation.arrangement import arrangement_difference, is_alike
+from spatial_relations_ros.imitation.arrangement import (
+    arrangement_difference,
+    is_alike,
+    rests_on_other,
+)
 from spatial_relations_ros.imitation.feasibility import MAX_PENETRATION
 from spatial_relations_ros.imitation.lean import turned_over
 from spatial_relations_ros.imitation.manipulation import obstacle_depths
@@ -24,7 +28,7 @@ from spatial_relations_ros.imitation.poses import pose_tensors, row_poses
 from spatial_relations_ros.imitation.proposals import Proposal, Proposer
 from spatial_relations_ros.imitation.reaching import Reaching
 from spatial_relations_ros.imitation.stages import EMBEDDING, Stages
-from spatial_relations_ros.imitation.statics import rests
+from spatial_relations_ros.imitation.statics import rest_together, rests
 from spatial_relations_ros.imitation.tabletop import Tabletop
 from spatial_relations_ros.placement.arrangement import Arrangement
 from spatial_relations_ros.placement.body import Placed
@@ -37,7 +41,8 @@ _CHUNK = 8
 _WIDE_SHARE = 0.5
 _NUM_PARENTS = 5
 # When the search goes on: so many drawn, in so many ways, and so many of them compared.
-_NUM_DRAWN, _MOST_CELLS, _NUM_RESTING = 48, 16, 16
+_NUM_DRAWN, _MOST_CELLS, _NUM_RESTING = 32, 16, 16
+_NUM_FOOTHOLDS = 32
 # What does not have to be turned over is left as it stands.
 _TURN_WEIGHT = 0.08
 # What no arm reaches comes after all that one does.
@@ -187,11 +192,21 @@ class PlacementSearch:
         drawn = self._while_wanted(
             self._rested(self._proposer.draw(cell)) for cell in self._repeated(cells)
         )
+        drawn += self._while_wanted(self._on_footholds())
         at_rest = [proposal for proposal in drawn if proposal is not None]
         if self._arrangement is not None:
             wanted = self._arrangement
             at_rest.sort(key=lambda p: arrangement_difference(self._arranged(p), wanted))
         return self._compared(at_rest[:_NUM_RESTING])
+
+    @property
+    def needs_foothold(self) -> bool:
+        """Whether the relative is to be carried by the base alone, as far as that is known."""
+        return self._arrangement is None or rests_on_other(self._arrangement)
+
+    def _on_footholds(self) -> Iterator[Proposal]:
+        if self.needs_foothold:
+            yield from self._proposer.on_footholds(_NUM_FOOTHOLDS)
 
     def _repeated(self, cells: Sequence[int]) -> list[int]:
         return [cells[idx % len(cells)] for idx in range(_NUM_DRAWN)] if cells else []
@@ -240,7 +255,7 @@ class PlacementSearch:
         else:
             return None
         if exact and manner is Manner.DROPPED:
-            placed = tipped(placed, base) or placed
+            placed = tipped(relative, base) or tipped(placed, base) or placed
         cell = candidate.proposal.cell if candidate.proposal else 0
         proposal = Proposal(base, placed, manner, cell)
         poses = self._poses(proposal)
@@ -253,6 +268,8 @@ class PlacementSearch:
         if candidate.proposal is None:
             return False
         base, relative = candidate.proposal.base, candidate.proposal.relative
+        if all(self._movable):
+            return rest_together(base, relative, tilt_rad=tilt_rad)
         return rests(relative, base, tilt_rad=tilt_rad) and (
             not self._movable[0] or rests(base, relative, tilt_rad=tilt_rad)
         )

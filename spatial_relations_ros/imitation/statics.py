@@ -43,6 +43,19 @@ def rests(placed: Placed, fixed: Placed, *, tilt_rad: float = TABLE_TILT_RAD) ->
     return is_stable(fixed, placed, contacts, tilt_rad=tilt_rad)
 
 
+def stay_together(base: Body, relative: Body, table_height: float) -> bool:
+    """Whether a base that is placed as exactly as the relative bears it without tipping."""
+    scale = hand_scale((base.shape, relative.shape))
+    return rest_together(*(_placed(item, table_height, scale) for item in (base, relative)))
+
+
+def rest_together(base: Placed, relative: Placed, *, tilt_rad: float = TABLE_TILT_RAD) -> bool:
+    """The same for bodies on the table z = 0, and for another tilt."""
+    on_table, between, _ = _contacts(relative, base)
+    contacts = RestingContacts(table_contacts(base), on_table, between)
+    return is_stable(base, relative, contacts, tilt_rad=tilt_rad)
+
+
 _known: weakref.WeakKeyDictionary[Placed, tuple[weakref.ref[Placed], Touching]] = (
     weakref.WeakKeyDictionary()
 )

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spatial_relations_ros.placement.body import FloatArray, Placed
+from spatial_relations_ros.placement.contact import find_contacts
 from spatial_relations_ros.placement.footing import Overhang
 from spatial_relations_ros.placement.leaning import lean_angle_rad
 from spatial_relations_ros.placement.model import Opening
@@ -15,6 +16,7 @@ from spatial_relations_ros.placement.model import Opening
 # Where the base is round or rugged, what is a little below the foot still counts as carrying it.
 _FOOT_BAND = 0.003
 _CARRIER_BAND = 0.006
+_CONTACT_GAP = 0.003
 # Less of its surface in the hollow does not make a body inside of it ...
 _LEAST_INSIDE = 0.12
 # ... and in a hollow that is less deep, as a share of its width, it stands as on a plate, unless
@@ -30,7 +32,8 @@ class Arrangement:
     Attributes:
         lean_rad: angle of the relative to the nearest way in which it stands.
         foot: height of the relative's lowest point over the table, as a share of the scene's.
-        seat: the same over the base's top, negative below it.
+        seat: height of the contacts over the base's top, as a share likewise, negative below
+            it; of the lowest point where nothing touches.
         overhang: the share of the relative's foot beyond what carries it; 0 where it lies within,
             or stands on the table.
         off_centre: shift of the foot from the middle of what carries it in that direction, as a
@@ -51,13 +54,15 @@ class Arrangement:
         """Measures a pair on the table z = 0."""
         bottoms, tops = zip(*(_vertical_range(body) for body in (base, relative)), strict=True)
         height = max(max(tops) - min(bottoms), _TINY)
-        over = Overhang(0.0, 0.0)
+        over, carried_at = Overhang(0.0, 0.0), bottoms[1]
         if bottoms[1] > _FOOT_BAND:
             over = _overhang(base, relative, bottoms[1])
+            if bottoms[1] < tops[0] - _FOOT_BAND:
+                carried_at = _carried_at(base, relative, bottoms[1])
         return Arrangement(
             lean_rad=lean_angle_rad(relative, least_margin=0.0),
             foot=(bottoms[1] - bottoms[0]) / height,
-            seat=(bottoms[1] - tops[0]) / height,
+            seat=(carried_at - tops[0]) / height,
             overhang=max(over.share, 0.0),
             off_centre=max(over.off_centre, 0.0),
             sunk=_sunk(base, relative),
@@ -69,6 +74,12 @@ def _overhang(base: Placed, relative: Placed, bottom: float) -> Overhang:
     foot = upper[upper[:, 2] < bottom + _FOOT_BAND, :2]
     carrier = lower[lower[:, 2] > bottom - _CARRIER_BAND, :2]
     return Overhang.of(foot, carrier) if len(carrier) > 2 else Overhang(1.0, 1.0)
+
+
+def _carried_at(base: Placed, relative: Placed, bottom: float) -> float:
+    """Mean height of the contacts; parts of the relative may hang down beside them."""
+    contacts = find_contacts(base.coarse(), relative.coarse(), gap=_CONTACT_GAP).points
+    return float(contacts[:, 2].mean()) if len(contacts) else bottom
 
 
 def _sunk(base: Placed, relative: Placed) -> float:

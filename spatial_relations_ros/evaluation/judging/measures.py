@@ -138,6 +138,13 @@ class Measures:
         return len(self.contact_points) > 0
 
     @property
+    def carried_at(self) -> float:
+        """Mean height of the contacts, of the relative's lowest point where there are none."""
+        if not self.touches:
+            return self.relative_bottom
+        return float(self.contact_points[:, 2].mean())
+
+    @property
     def contact_heights(self) -> tuple[float, float] | None:
         """Lowest and highest contact, metres above the table."""
         if not self.touches:
