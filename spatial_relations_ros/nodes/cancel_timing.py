@@ -24,8 +24,9 @@ import numpy as np
 import rclpy
 from action_msgs.msg import GoalStatus
 from rclpy.action import ActionClient
-from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
+from rclpy.executors import Executor, ExternalShutdownException, SingleThreadedExecutor
 from rclpy.node import Node
+from rclpy.task import Future
 from spatial_relations_msgs.action import ImitateRelation
 
 from spatial_relations_ros.core import Pose, Scene, SceneObject, atomic_write, share_path
@@ -33,10 +34,10 @@ from spatial_relations_ros.datasets.object_files import ObjectLibrary
 from spatial_relations_ros.ros.conversions import scene_to_msg
 from spatial_relations_ros.ros.domains import free_domain_id
 from spatial_relations_ros.ros.processes import NodeProcesses, local_graph
-from spatial_relations_ros.ros.waiting import NoAnswerError, wait_for, wait_until
+from spatial_relations_ros.ros.waiting import NoAnswerError, sent_by, wait_for, wait_until
 
 START_SEC, ANSWER_SEC = 300.0, 120.0
-NUM_WHOLE = 6
+NUM_CANCELS, NUM_WHOLE = 30, 6
 
 
 @dataclass
@@ -74,7 +75,8 @@ class Timings:
 class Client:
     """Sends goals and cancels them."""
 
-    def __init__(self, node: Node, goal: ImitateRelation.Goal) -> None:
+    def __init__(self, node: Node, executor: Executor, goal: ImitateRelation.Goal) -> None:
+        self._executor = executor
         self._action = ActionClient(node, ImitateRelation, 'imitate_relation')
         self._goal = goal
         self.timings = Timings()
@@ -97,11 +99,14 @@ class Client:
         """One goal, cancelled after a time or let go on to its end."""
         stamps: list[float] = []
         start = time.perf_counter()
-        sent = self._action.send_goal_async(
-            self._goal, feedback_callback=lambda _: stamps.append(time.perf_counter())
-        )
-        handle = wait_for(sent, ANSWER_SEC)
-        result = handle.get_result_async()
+
+        def send() -> Future:
+            return self._action.send_goal_async(
+                self._goal, feedback_callback=lambda _: stamps.append(time.perf_counter())
+            )
+
+        handle = wait_for(sent_by(self._executor, send, ANSWER_SEC), ANSWER_SEC)
+        result = sent_by(self._executor, handle.get_result_async, ANSWER_SEC)
         if cancel_after_sec is None:
             wait_for(result, ANSWER_SEC)
             self.timings.whole.append(time.perf_counter() - start)
@@ -110,7 +115,7 @@ class Client:
         with contextlib.suppress(NoAnswerError):
             wait_for(result, max(cancel_after_sec, 1e-3))
         cancelled = time.perf_counter()
-        handle.cancel_goal_async()
+        sent_by(self._executor, handle.cancel_goal_async, ANSWER_SEC)
         outcome = wait_for(result, ANSWER_SEC)
         if outcome.status == GoalStatus.STATUS_CANCELED:
             self.timings.cancels.append(time.perf_counter() - cancelled)
@@ -137,20 +142,24 @@ def demonstration() -> ImitateRelation.Goal:
     )
 
 
-def measure(num_cancels: int, seed: int, folder: Path) -> Timings:
-    """Starts the node, makes some whole requests, then cancels so many."""
+def measure(num_cancels: int, num_whole: int, seed: int, folder: Path) -> Timings:
+    """Starts the node, makes so many whole requests, then cancels so many.
+
+    Raises:
+        NoAnswerError: when the node does not come or does not answer.
+    """
     domain_id = free_domain_id()
     environment = local_graph(domain_id, folder)
     os.environ.update(environment)
     rng = np.random.default_rng(seed)
     with NodeProcesses(environment, folder) as processes:
         processes.start('imitate_node', parameters={'standalone': False, 'time_budget': 0.0})
-        with _client_node(domain_id) as node:
-            client = Client(node, demonstration())
+        with _client_node(domain_id) as (node, executor):
+            client = Client(node, executor, demonstration())
             client.wait(processes)
             client.run(None)  # loads the weights and prepares the shapes
             client.timings = Timings()
-            for _ in range(NUM_WHOLE):
+            for _ in range(num_whole):
                 client.run(None)
             longest = float(np.median(client.timings.whole))
             while len(client.timings.cancels) < num_cancels:
@@ -159,7 +168,7 @@ def measure(num_cancels: int, seed: int, folder: Path) -> Timings:
 
 
 @contextlib.contextmanager
-def _client_node(domain_id: int) -> Iterator[Node]:
+def _client_node(domain_id: int) -> Iterator[tuple[Node, Executor]]:
     rclpy.init(domain_id=domain_id)
     node = Node('cancel_timing')
     executor = SingleThreadedExecutor()
@@ -172,7 +181,7 @@ def _client_node(domain_id: int) -> Iterator[Node]:
     thread = threading.Thread(target=spin)
     thread.start()
     try:
-        yield node
+        yield node, executor
     finally:
         executor.shutdown()
         thread.join()
@@ -180,16 +189,24 @@ def _client_node(domain_id: int) -> Iterator[Node]:
         rclpy.try_shutdown()
 
 
+def _count(text: str) -> int:
+    number = int(text)
+    if number < 1:
+        raise argparse.ArgumentTypeError(f'{text} asked for; expected 1 or more')
+    return number
+
+
 def main(arguments: Sequence[str] | None = None) -> int:
     """Prints, and writes with ``--json``, what was measured."""
     parser = argparse.ArgumentParser(prog='cancel_timing', description=__doc__)
-    parser.add_argument('--cancels', type=int, default=30)
-    parser.add_argument('--seed', type=int, default=0)
-    parser.add_argument('--json', type=Path)
+    parser.add_argument('--cancels', type=_count, default=NUM_CANCELS, help='so many goals')
+    parser.add_argument('--whole', type=_count, default=NUM_WHOLE, help='goals let go on before')
+    parser.add_argument('--seed', type=int, default=0, help='of the moments of cancelling')
+    parser.add_argument('--json', type=Path, help='file for the results')
     options = parser.parse_args(arguments)
     with tempfile.TemporaryDirectory(prefix='cancel_timing_') as folder:
-        summary = measure(options.cancels, options.seed, Path(folder)).summary()
-    text = json.dumps(summary, indent=2) + '\n'
+        timings = measure(options.cancels, options.whole, options.seed, Path(folder))
+    text = json.dumps(timings.summary(), indent=2) + '\n'
     sys.stdout.write(text)
     if options.json is not None:
         with atomic_write(options.json) as temporary:

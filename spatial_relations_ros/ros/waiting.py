@@ -9,6 +9,7 @@ from concurrent.futures import CancelledError, ThreadPoolExecutor
 from concurrent.futures import Future as JobFuture
 from typing import Any, TypeVar
 
+from rclpy.executors import Executor
 from rclpy.task import Future
 
 from spatial_relations_ros.core import SpatialRelationsError
@@ -51,6 +52,24 @@ def wait_for(
         if time.monotonic() >= end_sec:
             raise NoAnswerError(f'no answer within {timeout_sec:g} s')
     return future.result()
+
+
+def sent_by(executor: Executor, send: Callable[[], Future], timeout_sec: float) -> Future:
+    """The future of what an action client sends, sent on the executor's own thread.
+
+    Sent on another thread, a request may be answered before the client knows of it, and the
+    answer is lost (https://github.com/ros2/rclpy/issues/1123).
+
+    Args:
+        executor: of one thread, that the client's node belongs to; another thread spins it.
+        send: ``send_goal_async`` of the client for instance.
+        timeout_sec: until it is sent.
+
+    Raises:
+        NoAnswerError: when the executor does not come to it in time.
+    """
+    sent: Future = wait_for(executor.create_task(send), timeout_sec)
+    return sent
 
 
 class Worker:

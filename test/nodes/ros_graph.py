@@ -19,7 +19,7 @@ from rclpy.qos import QoSProfile
 
 from spatial_relations_ros.ros.domains import free_domain_id
 from spatial_relations_ros.ros.processes import NodeProcesses, local_graph
-from spatial_relations_ros.ros.waiting import NoAnswerError, wait_for, wait_until
+from spatial_relations_ros.ros.waiting import NoAnswerError, sent_by, wait_for, wait_until
 
 # Limits, not waits: a busy machine needs most of a minute to import PyTorch in three processes.
 START_SEC = 150.0
@@ -98,6 +98,10 @@ class Graph:
         client = ActionClient(self.node, kind, name)
         self.wait(client.server_is_ready, f'action {name}', START_SEC)
         return client
+
+    def sent(self, send: Callable[[], Any]) -> Any:
+        """The future of what an action client sends, sent on the thread that hears answers."""
+        return sent_by(self._executor, send, ANSWER_SEC)
 
     def wait(
         self, condition: Callable[[], bool], what: str, timeout_sec: float = ANSWER_SEC

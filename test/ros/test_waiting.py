@@ -6,12 +6,16 @@ import threading
 from concurrent.futures import CancelledError
 
 import pytest
+import rclpy
+from rclpy.context import Context
+from rclpy.executors import SingleThreadedExecutor
 from rclpy.task import Future
 
 from spatial_relations_ros.ros.waiting import (
     BusyError,
     NoAnswerError,
     Worker,
+    sent_by,
     wait_for,
     wait_until,
 )
@@ -69,3 +73,24 @@ def test_a_future_is_waited_for_but_not_for_ever() -> None:
     assert wait_for(future, 5.0) == 'here'
     with pytest.raises(NoAnswerError, match=r'within 0\.01 s'):
         wait_for(Future(), 0.01)
+
+
+def test_requests_of_an_action_client_leave_on_the_thread_that_hears_the_answers() -> None:
+    context = Context()
+    rclpy.init(context=context)
+    executor = SingleThreadedExecutor(context=context)
+    thread = threading.Thread(target=executor.spin)
+    thread.start()
+    answer, senders = Future(), list[int | None]()
+
+    def send() -> Future:
+        senders.append(threading.get_ident())
+        return answer
+
+    try:
+        assert sent_by(executor, send, 30.0) is answer
+        assert senders == [thread.ident]
+    finally:
+        executor.shutdown()
+        thread.join()
+        rclpy.shutdown(context=context)

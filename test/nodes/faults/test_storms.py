@@ -83,13 +83,15 @@ def test_a_storm_of_cancels(nodes: ThreeNodes, faults: Faults) -> None:
     nodes.graph.wait(client.server_is_ready, 'the action')
     goal = ImitateRelation.Goal(reference_ids=PAIR, test_ids=PAIR[::-1], time_budget=600.0)
     with faults(f'{NUM_REQUESTS} goals at once, each cancelled twice') as row:
-        sent = [client.send_goal_async(goal) for _ in range(NUM_REQUESTS)]
+        send = nodes.graph.sent
+        sent = [send(lambda: client.send_goal_async(goal)) for _ in range(NUM_REQUESTS)]
         handles = [wait_for(future, ANSWER_SEC) for future in sent]
         assert all(handle.accepted for handle in handles)
-        cancels = [handle.cancel_goal_async() for handle in [*handles, *handles[::-1]]]
+        cancels = [send(handle.cancel_goal_async) for handle in [*handles, *handles[::-1]]]
         for cancel in cancels:
             wait_for(cancel, ANSWER_SEC)
-        outcomes = [wait_for(handle.get_result_async(), ANSWER_SEC) for handle in handles]
+        results = [send(handle.get_result_async) for handle in handles]
+        outcomes = [wait_for(result, ANSWER_SEC) for result in results]
         row.is_over()
         statuses = Counter(outcome.status for outcome in outcomes)
         ended = (

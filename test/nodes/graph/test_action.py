@@ -23,16 +23,19 @@ def test_the_action_gives_feedback_and_honours_cancel(session: DemoSession) -> N
     )
     session.set_parameter('imitate_node', 'max_steps', 10_000)
     try:
-        sent = client.send_goal_async(
-            goal, feedback_callback=lambda item: feedback.append(item.feedback)
+        sent = session.graph.sent(
+            lambda: client.send_goal_async(
+                goal, feedback_callback=lambda item: feedback.append(item.feedback)
+            )
         )
         handle = wait_for(sent, ANSWER_SEC)
         assert handle.accepted
         session.graph.wait(
             lambda: len(feedback) >= 5 and feedback[-1].step > 1, 'feedback of several steps'
         )
-        assert wait_for(handle.cancel_goal_async(), ANSWER_SEC).goals_canceling
-        outcome = wait_for(handle.get_result_async(), ANSWER_SEC)
+        cancelled = session.graph.sent(handle.cancel_goal_async)
+        assert wait_for(cancelled, ANSWER_SEC).goals_canceling
+        outcome = wait_for(session.graph.sent(handle.get_result_async), ANSWER_SEC)
     finally:
         session.set_parameter('imitate_node', 'max_steps', 4)
     assert outcome.status == GoalStatus.STATUS_CANCELED
@@ -52,7 +55,9 @@ def test_the_action_ends_like_the_service(session: DemoSession) -> None:
     goal = ImitateRelation.Goal(
         reference_ids=session.reference_ids, test_ids=session.test_ids, time_budget=600.0
     )
-    outcome = wait_for(wait_for(client.send_goal_async(goal), ANSWER_SEC).get_result_async(), 90)
+    sent = session.graph.sent(lambda: client.send_goal_async(goal))
+    handle = wait_for(sent, ANSWER_SEC)
+    outcome = wait_for(session.graph.sent(handle.get_result_async), ANSWER_SEC)
     expected = session.imitate(time_budget=600.0)
     assert outcome.result.message == expected.message
     wanted = GoalStatus.STATUS_SUCCEEDED if expected.success else GoalStatus.STATUS_ABORTED
