@@ -74,6 +74,17 @@ def test_the_solid_depends_on_the_points_alone_and_follows_their_size():
     assert volume_of(larger) == pytest.approx(1e6 * volume_of(once), rel=0.02)
 
 
+def test_half_a_million_points_are_thinned_to_the_same_solid():
+    mesh = made('mug')
+    points = mesh.sample_surface(500_000, np.random.default_rng(0))
+    thinned, sparse = solid_from_cloud(points), solid_from_cloud(points[:NUM_POINTS])
+    assert volume_of(thinned) == pytest.approx(volume_of(mesh), rel=0.06)
+    surface = mesh.sample_surface(5000, np.random.default_rng(5))
+    off = [np.abs(signed_distances(solid, surface)).mean() for solid in (thinned, sparse)]
+    assert off[0] <= off[1] + 1e-4
+    np.testing.assert_array_equal(solid_from_cloud(points).vertices, thinned.vertices)
+
+
 @pytest.mark.parametrize('name', ['armadillo', 'bunny', 'teapot', 'torus', 'open_box'])
 def test_unknown_objects_become_solids(name):
     paths = sorted(UNKNOWN_OBJECTS.glob(f'{name}.*'))

@@ -7,6 +7,7 @@ import pytest
 import torch
 
 from spatial_relations_ros.core import (
+    ImitationError,
     InvalidPoseError,
     InvalidSceneError,
     Pose,
@@ -15,6 +16,7 @@ from spatial_relations_ros.core import (
     TriangleMesh,
 )
 from spatial_relations_ros.imitation import ImitationOptions, imitate
+from spatial_relations_ros.imitation.manipulation import Obstacle
 
 
 @pytest.fixture(scope='module')
@@ -45,6 +47,35 @@ def test_two_identical_objects_are_stacked(metric, on_top, solids):
     result = imitate(metric, on_top, twins)
     assert result.answers[0].feasible
     assert result.answers[0].distance < result.initial_distance
+
+
+def test_a_mesh_with_a_hole_is_imitated_as_the_solid_of_its_cloud(metric, on_top, apart):
+    whole = apart.relative.mesh
+    torn = TriangleMesh(whole.vertices, whole.triangles[1:])
+    points = whole.sample_surface(8192, np.random.default_rng(0))
+    test = Scene(apart.base, dataclasses.replace(apart.relative, points=points, mesh=torn))
+    result = imitate(metric, on_top, test)
+    assert result.success, result.message
+    scene = result.answers[0].scene(test)
+    gap = scene.relative.world_points[:, 2].min() - scene.base.world_points[:, 2].max()
+    assert abs(gap) < 4e-3
+
+
+def test_millimetres_taken_for_metres_are_refused(metric, on_top, apart):
+    large = dataclasses.replace(apart.base, points=apart.base.points * np.float32(1e4), mesh=None)
+    with pytest.raises(ImitationError, match='must be in metres'):
+        imitate(metric, on_top, Scene(large, apart.relative))
+
+
+def test_an_obstacle_where_it_would_go_is_kept_clear_of(metric, on_top, apart, solids):
+    free = imitate(metric, on_top, apart).answers[0]
+    taken = free.placements[1].target.translation
+    post = solids.box('post', (0.02, 0.02, 0.6), (taken[0], taken[1], 0.4))
+    options = ImitationOptions(obstacles=(Obstacle.of_object(post),))
+    answer = imitate(metric, on_top, apart, options).answers[0]
+    assert answer.feasible, answer.violations
+    carton = answer.scene(apart).relative.world_points
+    assert np.abs(carton[:, :2] - taken[:2]).max(axis=1).min() > 0.01 - 5e-3
 
 
 def test_a_plate_into_a_mug_is_refused_with_the_nearest_attempt(metric, inside, solids):
