@@ -67,11 +67,12 @@ class Objective:
         return _LIKELY_SHARE * calibration.same_relation_distance
 
     def confidence(self, distance: float) -> float:
-        """Probability that a scene at this distance shows the demonstrated relation, 0 to 1."""
-        calibration = self.metric.calibration
+        """Probability that an answer at this distance imitates the demonstration, 0 to 1."""
+        calibration, answers = self.metric.calibration, self.metric.answer_calibration
         if calibration is None:
             return math.exp(-(distance**2))
-        return calibration.same_relation_probability(distance)
+        same_relation = calibration.same_relation_probability(distance)
+        return same_relation if answers is None else answers.probability(same_relation)
 
     def distances(self, rotations: Tensor, translations: Tensor, *, headings: int = 1) -> Tensor:
         """Metric distances (K,) of K scenes with poses (K, 2, 3, 3) and (K, 2, 3).

@@ -51,8 +51,9 @@ class ImitationAnswer:
     Attributes:
         placements: of base and relative.
         distance: to the demonstration under the metric.
-        confidence: probability that the relation is the demonstrated one, by the calibration of
-            the metric's weights; exp(-distance^2) for weights without one.
+        confidence: probability that the demonstration is imitated, as the judge of the benchmarks
+            would say, by the calibration of answers in the card of the weights; without one, of
+            the same relation by the calibration of the weights, else exp(-distance^2).
         feasible: whether nothing is violated.
         violations: what is, in words.
         steady: whether it would stay on a table tilted by 8 degrees too, rather than by 4, and

@@ -27,6 +27,8 @@ class ModelCard:
         steps: optimiser steps.
         retrieval: measured numbers on held-out objects.
         calibration: what the distances mean, in numbers; empty for weights without one.
+        answers: ``slope`` and ``offset`` of the :class:`AnswerCalibration`, and what it was fitted
+            to; empty without one.
         versions: of the libraries that trained it.
     """
 
@@ -39,6 +41,7 @@ class ModelCard:
     steps: int = 0
     retrieval: dict[str, Any] = field(default_factory=dict)
     calibration: dict[str, Any] = field(default_factory=dict)
+    answers: dict[str, Any] = field(default_factory=dict)
     versions: dict[str, str] = field(default_factory=dict)
     card_version: int = CARD_VERSION
 

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from torch import Tensor
 
 from spatial_relations_ros.core import Scene
+from spatial_relations_ros.learning.answer_calibration import AnswerCalibration
 from spatial_relations_ros.learning.calibration import Calibration
 from spatial_relations_ros.learning.card import ModelCard
 from spatial_relations_ros.learning.encoders import EMBEDDING_DIM, Encoder
@@ -71,6 +72,7 @@ class RelationMetric:
         encoder: the network, in evaluation mode, without gradients to its weights.
         card: where the weights come from.
         calibration: what its distances mean; None for weights without one.
+        answer_calibration: how far answers of an imitation can be believed; None likewise.
         num_points: points an object that the network was trained with.
     """
 
@@ -82,6 +84,7 @@ class RelationMetric:
         self._network.to(memory_format=torch.channels_last)  # type: ignore[call-overload]
         self.card = card
         self.calibration = calibration
+        self.answer_calibration = AnswerCalibration.of_card(card.answers)
         self.num_points = card.num_points
 
     @property
