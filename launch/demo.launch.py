@@ -26,7 +26,9 @@ def generate_launch_description() -> LaunchDescription:
     return LaunchDescription(
         [
             DeclareLaunchArgument('bags', description="The repository's folder bags/"),
-            DeclareLaunchArgument('out', default_value='out/demo'),
+            DeclareLaunchArgument(
+                'out', default_value='out/demo', description='Folder for the results'
+            ),
             demo,
             RegisterEventHandler(
                 OnProcessExit(target_action=demo, on_exit=[EmitEvent(event=Shutdown())])

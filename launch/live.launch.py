@@ -27,8 +27,16 @@ def generate_launch_description() -> LaunchDescription:
         DeclareLaunchArgument(
             'tracked_objects', default_value='/tracked_objects', description='TrackedObjectArray'
         ),
-        DeclareLaunchArgument('detections', default_value='/detections'),
-        DeclareLaunchArgument('world_frame', default_value='world'),
+        DeclareLaunchArgument(
+            'detections',
+            default_value='/detections',
+            description='Detection3DArray, where vision_msgs is installed',
+        ),
+        DeclareLaunchArgument(
+            'world_frame',
+            default_value='world',
+            description='Frame of all that is published, z up against gravity',
+        ),
         DeclareLaunchArgument(
             'models_path', default_value='', description='Folder of object models'
         ),
@@ -38,7 +46,9 @@ def generate_launch_description() -> LaunchDescription:
         DeclareLaunchArgument(
             'panel', default_value='false', description='Serve a page at panel_port; needs aiohttp'
         ),
-        DeclareLaunchArgument('panel_port', default_value='8765'),
+        DeclareLaunchArgument(
+            'panel_port', default_value='8765', description='Of the page; 0 takes a free one'
+        ),
         DeclareLaunchArgument(
             'rviz', default_value='false', description='Show all in RViz; needs rviz2'
         ),

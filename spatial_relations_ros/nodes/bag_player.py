@@ -16,6 +16,7 @@ from rclpy.qos import QoSProfile
 from rclpy.time import Time
 from rosgraph_msgs.msg import Clock
 
+from spatial_relations_ros.core import BagError
 from spatial_relations_ros.evaluation.bag_reader import BagReader
 from spatial_relations_ros.evaluation.bag_types import POINT_CLOUD
 from spatial_relations_ros.perception.series import NS_PER_SEC
@@ -79,9 +80,16 @@ class BagPlayer:
         """Waits until somebody listens to each of the topics.
 
         Raises:
+            BagError: for a topic that is not published.
             NoAnswerError: when nobody does in time.
         """
         silent = set(topics)
+        unknown = sorted(silent - set(self._publishers))
+        if unknown:
+            raise BagError(
+                f'nothing is published on {", ".join(unknown)}; topics of the bag: '
+                f'{", ".join(sorted(self._publishers))}'
+            )
 
         def all_heard() -> bool:
             for topic in list(silent):

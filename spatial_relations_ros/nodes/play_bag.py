@@ -20,7 +20,7 @@ from spatial_relations_ros.nodes.bag_player import BagPlayer
 def main(arguments: Sequence[str] | None = None) -> int:
     """Plays a bag; gives the exit code: 0 at its end or after Ctrl-C, 2 when it cannot be read."""
     arguments = sys.argv if arguments is None else list(arguments)
-    options = _parser().parse_args(remove_ros_args(arguments)[1:])
+    options = make_parser().parse_args(remove_ros_args(arguments)[1:])
     rclpy.init(args=list(arguments))
     node = Node('bag_player')
     try:
@@ -36,14 +36,21 @@ def main(arguments: Sequence[str] | None = None) -> int:
         rclpy.try_shutdown()
 
 
-def _parser() -> argparse.ArgumentParser:
+def make_parser() -> argparse.ArgumentParser:
+    """Of the command line, without ROS arguments."""
     parser = argparse.ArgumentParser(prog='play_bag', description=__doc__)
     parser.add_argument('bag', type=Path)
     parser.add_argument('--rate', type=float, default=1.0, help='times faster than recorded')
     parser.add_argument('--loop', action='store_true', help='start again at the end')
     parser.add_argument('--clock', action='store_true', help='publish the recorded time on /clock')
     parser.add_argument(
-        '--wait', type=float, default=0.0, help='for subscribers of all topics at most, seconds'
+        '--wait', type=float, default=0.0, help='for subscribers at most, seconds; not without it'
+    )
+    parser.add_argument(
+        '--wait-for',
+        action='append',
+        metavar='TOPIC',
+        help='wait for subscribers of this topic only; can be repeated; else of all topics',
     )
     return parser
 
@@ -55,7 +62,7 @@ def _play(node: Node, options: argparse.Namespace) -> int:
     signal.signal(signal.SIGTERM, lambda *_: player.stop())
     played = sorted(set(player.contents) - set(player.left_out))
     if options.wait:
-        player.wait_for_subscribers(played, options.wait)
+        player.wait_for_subscribers(options.wait_for or played, options.wait)
     while True:
         num_published = player.play()
         print(f'{num_published} messages on {", ".join(played)}', flush=True)

@@ -6,18 +6,22 @@ import signal
 import subprocess
 import sys
 import threading
+from itertools import islice
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 from ros_graph import START_SEC, Graph
+from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, Writer
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import PointCloud2
 from spatial_relations_msgs.msg import Scene as SceneMsg
 from spatial_relations_msgs.msg import TrackedObjectArray
 
+from spatial_relations_ros.core import executable_path
 from spatial_relations_ros.evaluation.bag_reader import BagReader
+from spatial_relations_ros.evaluation.bag_types import package_typestore
 from spatial_relations_ros.nodes.bag_player import BagPlayer
 from spatial_relations_ros.nodes.demo_plan import DemoPlan, read_demo_plan
 from spatial_relations_ros.perception.messages import stamp_ns
@@ -134,6 +138,60 @@ def test_the_command_publishes_a_bag_with_its_times(graph: Graph, plan: DemoPlan
     assert first_ns - slack_ns <= min(clock) <= max(clock) <= last_ns + slack_ns
     # More often than there are messages' times, so that timers go on.
     assert len(set(clock)) > 50
+
+
+# The shipped bag is of mcap, compressed.
+STORAGES = {
+    'mcap': (StoragePlugin.MCAP, None),
+    'sqlite3': (StoragePlugin.SQLITE3, None),
+    'sqlite3-zstd': (StoragePlugin.SQLITE3, CompressionMode.FILE),
+}
+
+
+def write_first_tracks(source: Path, topic: str, to: Path, storage: str) -> list[bytes]:
+    """A bag of one topic's first ten messages."""
+    plugin, compression = STORAGES[storage]
+    writer = Writer(to, version=9, storage_plugin=plugin)
+    if compression is not None:
+        writer.set_compression(compression, CompressionFormat.ZSTD)
+    with BagReader(source) as reader, writer:
+        connection = writer.add_connection(
+            topic, reader.contents[topic][0], typestore=package_typestore()
+        )
+        messages = islice((item for item in reader.raw() if item.topic == topic), 10)
+        contents = []
+        for message in messages:
+            writer.write(connection, message.time_ns, message.data)
+            contents.append(message.data)
+    return contents
+
+
+@pytest.mark.parametrize('storage', STORAGES)
+def test_the_player_of_the_launch_file_plays_every_storage_from_the_start(
+    graph: Graph, plan: DemoPlan, tmp_path: Path, storage: str
+) -> None:
+    """It waits for whoever listens, so that nothing of a bag that is played once is missed."""
+    topic = plan.tracked_objects_topic
+    written = write_first_tracks(plan.bag, topic, tmp_path / 'bag', storage)
+    heard: list[bytes] = []
+    subscription = graph.node.create_subscription(
+        TrackedObjectArray, topic, heard.append, qos.TRANSFORMS, raw=True
+    )
+    command = [str(executable_path('play_bag')), str(tmp_path / 'bag'), '--rate', '20']
+    command += ['--wait', '60', '--wait-for', topic]
+    done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=90.0)
+    assert done.returncode == 0, done.stderr
+    graph.wait(lambda: len(heard) >= len(written), 'all messages')
+    graph.node.destroy_subscription(subscription)
+    assert heard == written
+
+
+def test_a_topic_to_wait_for_that_the_bag_lacks_is_named(plan: DemoPlan) -> None:
+    command = [str(executable_path('play_bag')), str(plan.bag), '--wait', '1', '--wait-for', '/x']
+    done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=90.0)
+    assert done.returncode == 2
+    assert 'nothing is published on /x; topics of the bag: ' in done.stderr
+    assert plan.points_topic in done.stderr
 
 
 def test_a_bag_that_is_none_is_named_by_the_command(tmp_path: Path) -> None:
