@@ -32,8 +32,8 @@ class Arrangement:
     Attributes:
         lean_rad: angle of the relative to the nearest way in which it stands.
         foot: height of the relative's lowest point over the table, as a share of the scene's.
-        seat: height of the contacts over the base's top, as a share likewise, negative below
-            it; of the lowest point where nothing touches.
+        seat: height over the base's top of the contacts, or of the relative's middle if that is
+            lower, as a share likewise, negative below it; of the lowest point without contacts.
         overhang: the share of the relative's foot beyond what carries it; 0 where it lies within,
             or stands on the table.
         off_centre: shift of the foot from the middle of what carries it in that direction, as a
@@ -54,15 +54,15 @@ class Arrangement:
         """Measures a pair on the table z = 0."""
         bottoms, tops = zip(*(_vertical_range(body) for body in (base, relative)), strict=True)
         height = max(max(tops) - min(bottoms), _TINY)
-        over, carried_at = Overhang(0.0, 0.0), bottoms[1]
+        over, seat = Overhang(0.0, 0.0), bottoms[1]
         if bottoms[1] > _FOOT_BAND:
             over = _overhang(base, relative, bottoms[1])
             if bottoms[1] < tops[0] - _FOOT_BAND:
-                carried_at = _carried_at(base, relative, bottoms[1])
+                seat = _seat(base, relative)
         return Arrangement(
             lean_rad=lean_angle_rad(relative, least_margin=0.0),
             foot=(bottoms[1] - bottoms[0]) / height,
-            seat=(carried_at - tops[0]) / height,
+            seat=(seat - tops[0]) / height,
             overhang=max(over.share, 0.0),
             off_centre=max(over.off_centre, 0.0),
             sunk=_sunk(base, relative),
@@ -76,10 +76,11 @@ def _overhang(base: Placed, relative: Placed, bottom: float) -> Overhang:
     return Overhang.of(foot, carrier) if len(carrier) > 2 else Overhang(1.0, 1.0)
 
 
-def _carried_at(base: Placed, relative: Placed, bottom: float) -> float:
-    """Mean height of the contacts; parts of the relative may hang down beside them."""
+def _seat(base: Placed, relative: Placed) -> float:
+    """Mean height of the contacts, or of the middle; parts may hang down beside the contacts."""
+    bottom, top = _vertical_range(relative)
     contacts = find_contacts(base.coarse(), relative.coarse(), gap=_CONTACT_GAP).points
-    return float(contacts[:, 2].mean()) if len(contacts) else bottom
+    return min(float(contacts[:, 2].mean()), 0.5 * (bottom + top)) if len(contacts) else bottom
 
 
 def _sunk(base: Placed, relative: Placed) -> float:

@@ -297,11 +297,12 @@ def test_far_apart_the_tolerance_grows():
     assert quantities(beside(0.15), beside(0.01)) == ['offset']
 
 
-def test_what_hangs_down_beside_the_contacts_does_not_make_it_lower():
-    """A cup turned over onto a post is as much on top of it as a brick on a board is."""
+@pytest.mark.parametrize(('depth', 'differs'), [(0.03, []), (0.1, ["height over the base's top"])])
+def test_what_hangs_down_beside_the_contacts_counts_when_it_is_more_than_half(depth, differs):
+    """A lid on a post is as much on top of it as a brick on a board is; a deep cup is not."""
     post = item('post', box_mesh(0.04, 0.04, 0.15), (0, 0, 0.075))
-    turned_over = Scene(post, item('cup', CUP, (0, 0, 0.154), about('x', 180.0)))
-    assert quantities(board_with(BRICK, (0.0, 0.0, 0.1)), turned_over) == []
+    lid = item('lid', cup_mesh(height=depth), (0, 0, 0.154), about('x', 180.0))
+    assert quantities(board_with(BRICK, (0.0, 0.0, 0.1)), Scene(post, lid)) == differs
 
 
 def test_what_stands_near_the_border_is_not_asked_of_a_pair_of_one_size():

@@ -31,8 +31,9 @@ class Tolerances:
             a right angle to it, on an edge: a plate on its rim leans as a book does.
         foot: of the height of the relative's lowest point over that of the base, where it leans
             from the table, as a share of the scene's height.
-        seat: of the height of the contacts over the base's top, where the relative is on top, as
-            a share of the scene's height; what hangs down beside them is not asked for.
+        seat: of the height of the contacts over the base's top, where the relative is on top, or
+            of its middle if that is lower, as a share of the scene's height; what hangs down
+            beside the contacts is not asked for as long as half of it is above.
         overhang: of the foot's share over the edge.
         sunk: of how deep the relative sits in the hollow, as a share of what can be below the rim.
     """
@@ -142,7 +143,7 @@ def _foot(want: Measures, have: Measures, tolerances: Tolerances) -> Difference:
 
 def _seat(want: Measures, have: Measures, tolerances: Tolerances) -> Difference:
     wanted, got = (
-        (measures.carried_at - measures.base_bottom - measures.base_height)
+        (measures.seat_height - measures.base_bottom - measures.base_height)
         / scene_height(measures)
         for measures in (want, have)
     )

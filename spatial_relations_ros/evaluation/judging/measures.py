@@ -138,11 +138,12 @@ class Measures:
         return len(self.contact_points) > 0
 
     @property
-    def carried_at(self) -> float:
-        """Mean height of the contacts, of the relative's lowest point where there are none."""
+    def seat_height(self) -> float:
+        """Mean height of the contacts, or of the relative's middle if that is lower."""
         if not self.touches:
             return self.relative_bottom
-        return float(self.contact_points[:, 2].mean())
+        middle = self.relative_bottom + 0.5 * self.relative_height
+        return min(middle, float(self.contact_points[:, 2].mean()))
 
     @property
     def contact_heights(self) -> tuple[float, float] | None:
