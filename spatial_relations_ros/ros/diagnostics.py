@@ -65,6 +65,20 @@ def resident_megabytes() -> float:
     return pages * os.sysconf('SC_PAGE_SIZE') / 1e6
 
 
+class ProcessorShare:
+    """How much of one core this process takes, all its threads together."""
+
+    def __init__(self) -> None:
+        self._wall_sec, self._cpu_sec = time.monotonic(), time.process_time()
+
+    def percent(self) -> float:
+        """Since the last call, or since the start; 100 is one core."""
+        wall_sec, cpu_sec = time.monotonic(), time.process_time()
+        used_sec, passed_sec = cpu_sec - self._cpu_sec, wall_sec - self._wall_sec
+        self._wall_sec, self._cpu_sec = wall_sec, cpu_sec
+        return 100.0 * used_sec / max(passed_sec, 1e-6)
+
+
 class Diagnostics:
     """Counts what arrives at a node and publishes it with the states of the node's parts."""
 
@@ -73,6 +87,7 @@ class Diagnostics:
         self._lock = threading.Lock()
         self._traffic: dict[str, _Traffic] = {}
         self._states: dict[str, Callable[[], State]] = {'process': self._process_state}
+        self._share = ProcessorShare()
         self._publisher = node.create_publisher(DiagnosticArray, '/diagnostics', DIAGNOSTICS)
         self._timer = node.create_timer(PERIOD_SEC, self.publish)
 
@@ -136,7 +151,10 @@ class Diagnostics:
         ]
         self._publisher.publish(message)
 
-    @staticmethod
-    def _process_state() -> State:
-        values = {'memory_mb': f'{resident_megabytes():.0f}', 'threads': threading.active_count()}
+    def _process_state(self) -> State:
+        values = {
+            'memory_mb': f'{resident_megabytes():.0f}',
+            'cpu_percent': f'{self._share.percent():.0f}',
+            'threads': threading.active_count(),
+        }
         return State(OK, 'running', values)

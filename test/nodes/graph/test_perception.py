@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import os
 
 import numpy as np
 import pytest
@@ -68,12 +69,16 @@ def test_what_else_is_seen_comes_with_a_scene_when_asked(session: DemoSession) -
     assert (np.linalg.norm(clutter - mug, axis=1) > 0.03).all()
 
 
-def test_diagnostics_tell_rates_states_and_memory(session: DemoSession) -> None:
+def test_diagnostics_tell_rates_states_memory_and_processor_time(session: DemoSession) -> None:
     graph = session.graph
     graph.wait(lambda: 'imitate_node: model' in graph.diagnostics, 'diagnostics')
     points = graph.diagnostic('perception_node: ~/points')
     assert int(points['received']) > 5
     assert {'rate_hz', 'age_sec', 'bad'} <= points.keys()
     assert float(graph.diagnostic('metric_node: process')['memory_mb']) > 50.0
+    for name in ('perception_node', 'metric_node', 'imitate_node'):
+        # All threads of a process together, on all cores.
+        share = float(graph.diagnostic(f'{name}: process')['cpu_percent'])
+        assert 0.0 <= share <= 100.0 * os.cpu_count()
     assert len(graph.diagnostic('imitate_node: model')['sha256']) == 64
     assert graph.diagnostic('imitate_node: standalone')['message'] == 'off'
