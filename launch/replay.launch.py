@@ -60,10 +60,13 @@ def generate_launch_description() -> LaunchDescription:
 
 
 def _player(arguments: list[object], condition: IfCondition) -> Node:
+    # As the camera's driver: clouds lie in the memory of who publishes them.
+    profile = str(share_path('config', 'fastdds_large_clouds.xml'))
     return Node(
         package='spatial_relations_ros',
         executable='play_bag',
         arguments=arguments,
+        additional_env={'FASTRTPS_DEFAULT_PROFILES_FILE': profile},
         condition=condition,
         output='screen',
     )
