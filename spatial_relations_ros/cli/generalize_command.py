@@ -52,7 +52,7 @@ def generalize(
         typer.Option(
             '--variants', metavar='NAMES',
             help='Ways of imitating, with commas between: ours, paper, features, no-gradient, '
-            'no-proposals, no-physics, one-start.',
+            'no-proposals, no-physics, one-start, soft.',
         ),
     ] = 'ours',
     variant_cases: Annotated[

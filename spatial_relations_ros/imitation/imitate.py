@@ -26,6 +26,7 @@ from spatial_relations_ros.imitation.result import (
     ProgressCallback,
 )
 from spatial_relations_ros.imitation.search import Candidate, PlacementSearch
+from spatial_relations_ros.imitation.soft_refinement import refine_softly
 from spatial_relations_ros.imitation.stages import (
     CHECKS,
     PREPARATION,
@@ -187,9 +188,22 @@ class _Imitation:
             return
         with self.stages.timed(REFINEMENT):
             starts = _unlike(found, self.objective.extent)[: self.options.num_starts]
-            refined, _ = self._refine(search.batch(starts))
+            refined = self._refined(search.batch(starts))
             found += search.refined(refined, starts)
         self._note(found)
+
+    def _refined(self, starts: PoseBatch) -> PoseBatch:
+        if not self.options.soft_refinement:
+            return self._refine(starts)[0]
+        return refine_softly(
+            self.objective,
+            self.reference,
+            starts,
+            self.movable,
+            steps=self.options.max_steps,
+            learning_rate=self.options.learning_rate,
+            on_step=self._on_step,
+        )
 
     def _search(self) -> PlacementSearch:
         tabletop = Tabletop.of(

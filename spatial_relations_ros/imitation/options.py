@@ -36,6 +36,8 @@ class ImitationOptions:
         max_steps: Adam steps of each refinement.
         learning_rate: of Adam, as a share of the scene's extent (translation) and in radians
             (rotation) a step.
+        soft_refinement: refine through soft images whose width shrinks, rather than by the
+            metric's own gradient; for comparison.
         physics_weight: weight of penetration and contact against the metric; 0 for the metric
             alone.
         layout_weight: weight of a horizontal layout or a lean other than the demonstration's,
@@ -65,6 +67,7 @@ class ImitationOptions:
     num_starts: int = 3
     max_steps: int = 8
     learning_rate: float = 0.015
+    soft_refinement: bool = False
     physics_weight: float = 1.0
     layout_weight: float = 0.25
     table_height: float | None = None

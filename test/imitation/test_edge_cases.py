@@ -177,3 +177,14 @@ def test_clouds_without_extent_are_refused_by_name(count):
 def test_a_pose_that_is_not_a_number_is_refused():
     with pytest.raises(InvalidPoseError, match='not finite'):
         Pose(np.array([0.0, np.nan, 0.0]))
+
+
+def test_refined_through_soft_images_the_answer_is_measured_by_hard_ones(metric, on_top, apart):
+    options = ImitationOptions(soft_refinement=True, max_steps=5)
+    result = imitate(metric, on_top, apart, options)
+    assert result.success, result.message
+    assert result.num_steps == 5
+    scene = result.answers[0].scene(apart)
+    assert result.answers[0].distance == pytest.approx(metric.distance(on_top, scene), abs=1e-3)
+    # The metric is as it was.
+    assert metric.encoder.projection.gradient != 'soft'
