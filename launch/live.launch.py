@@ -10,6 +10,8 @@ from launch_ros.actions import Node
 from launch import LaunchDescription
 from spatial_relations_ros.core import share_path
 
+RESPAWN_DELAY_SEC = 2.0
+
 
 def generate_launch_description() -> LaunchDescription:
     config: Path = share_path('config')
@@ -50,10 +52,15 @@ def generate_launch_description() -> LaunchDescription:
             'panel_port', default_value='8765', description='Of the page; 0 takes a free one'
         ),
         DeclareLaunchArgument(
+            'respawn', default_value='false', description='Start nodes again that end on their own'
+        ),
+        DeclareLaunchArgument(
             'rviz', default_value='false', description='Show all in RViz; needs rviz2'
         ),
     ]
     world_frame = {'world_frame': LaunchConfiguration('world_frame')}
+    # A pause, so that a node that cannot be set up does not take the machine.
+    lasting = {'respawn': LaunchConfiguration('respawn'), 'respawn_delay': RESPAWN_DELAY_SEC}
     perception = Node(
         package='spatial_relations_ros',
         executable='perception_node',
@@ -61,6 +68,7 @@ def generate_launch_description() -> LaunchDescription:
         namespace=namespace,
         ros_arguments=['--enclave', [enclaves, '/perception_node']],
         output='screen',
+        **lasting,
         parameters=[
             str(config / 'perception_node.yaml'),
             {'models_path': models_path},
@@ -80,6 +88,7 @@ def generate_launch_description() -> LaunchDescription:
         namespace=namespace,
         ros_arguments=['--enclave', [enclaves, '/metric_node']],
         output='screen',
+        **lasting,
         parameters=[str(config / 'metric_node.yaml'), weights, world_frame],
     )
     imitate = Node(
@@ -89,6 +98,7 @@ def generate_launch_description() -> LaunchDescription:
         namespace=namespace,
         ros_arguments=['--enclave', [enclaves, '/imitate_node']],
         output='screen',
+        **lasting,
         parameters=[
             str(config / 'imitate_node.yaml'),
             weights,
@@ -103,6 +113,7 @@ def generate_launch_description() -> LaunchDescription:
         namespace=namespace,
         ros_arguments=['--enclave', [enclaves, '/panel_node']],
         output='screen',
+        **lasting,
         parameters=[
             str(config / 'panel_node.yaml'),
             world_frame,

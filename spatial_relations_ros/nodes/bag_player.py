@@ -48,6 +48,7 @@ class BagPlayer:
         path: the bag.
         rate: how many times faster than recorded.
         has_clock: publish the recorded times on /clock, for nodes with ``use_sim_time``.
+        stop: ends what is waited for or played once it is set.
 
     Attributes:
         contents: topic -> its type and number of messages.
@@ -58,10 +59,11 @@ class BagPlayer:
     """
 
     def __init__(
-        self, node: Node, path: Path, *, rate: float = 1.0, has_clock: bool = False
-    ) -> None:
+        self, node: Node, path: Path, *, rate: float = 1.0, has_clock: bool = False,
+        stop: threading.Event | None = None,
+    ) -> None:  # fmt: skip
         self._path, self._rate = path, rate
-        self._stop = threading.Event()
+        self._stop = stop or threading.Event()
         self._clock = node.create_publisher(Clock, '/clock', qos.CLOCK) if has_clock else None
         with BagReader(path) as reader:
             self.contents = reader.contents
@@ -95,7 +97,7 @@ class BagPlayer:
             for topic in list(silent):
                 if self._publishers[topic].get_subscription_count():
                     silent.discard(topic)
-            return not silent
+            return not silent or self._stop.is_set()
 
         if not wait_until(all_heard, timeout_sec):
             raise NoAnswerError(f'nobody subscribes to {", ".join(sorted(silent))}')
@@ -140,15 +142,6 @@ class BagPlayer:
                 return False
             if time.monotonic() >= due_sec:
                 return True
-
-    @property
-    def is_stopped(self) -> bool:
-        """Whether ``stop`` was called."""
-        return self._stop.is_set()
-
-    def stop(self) -> None:
-        """Ends ``play`` early; callable from another thread."""
-        self._stop.set()
 
 
 def _qos_of(topic: str, msgtype: str) -> QoSProfile:

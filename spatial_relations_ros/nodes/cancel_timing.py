@@ -13,18 +13,16 @@ import json
 import os
 import sys
 import tempfile
-import threading
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-import rclpy
 from action_msgs.msg import GoalStatus
 from rclpy.action import ActionClient
-from rclpy.executors import Executor, ExternalShutdownException, SingleThreadedExecutor
+from rclpy.executors import Executor
 from rclpy.node import Node
 from rclpy.task import Future
 from spatial_relations_msgs.action import ImitateRelation
@@ -34,6 +32,7 @@ from spatial_relations_ros.datasets.object_files import ObjectLibrary
 from spatial_relations_ros.ros.conversions import scene_to_msg
 from spatial_relations_ros.ros.domains import free_domain_id
 from spatial_relations_ros.ros.processes import NodeProcesses, local_graph
+from spatial_relations_ros.ros.running import spun
 from spatial_relations_ros.ros.waiting import NoAnswerError, sent_by, wait_for, wait_until
 
 START_SEC, ANSWER_SEC = 300.0, 120.0
@@ -154,8 +153,8 @@ def measure(num_cancels: int, num_whole: int, seed: int, folder: Path) -> Timing
     rng = np.random.default_rng(seed)
     with NodeProcesses(environment, folder) as processes:
         processes.start('imitate_node', parameters={'standalone': False, 'time_budget': 0.0})
-        with _client_node(domain_id) as (node, executor):
-            client = Client(node, executor, demonstration())
+        with spun(lambda: Node('cancel_timing'), domain_id) as node:
+            client = Client(node, node.executor, demonstration())
             client.wait(processes)
             client.run(None)  # loads the weights and prepares the shapes
             client.timings = Timings()
@@ -165,28 +164,6 @@ def measure(num_cancels: int, num_whole: int, seed: int, folder: Path) -> Timing
             while len(client.timings.cancels) < num_cancels:
                 client.run(float(rng.uniform(0.0, longest)))
             return client.timings
-
-
-@contextlib.contextmanager
-def _client_node(domain_id: int) -> Iterator[tuple[Node, Executor]]:
-    rclpy.init(domain_id=domain_id)
-    node = Node('cancel_timing')
-    executor = SingleThreadedExecutor()
-    executor.add_node(node)
-
-    def spin() -> None:
-        with contextlib.suppress(ExternalShutdownException):
-            executor.spin()
-
-    thread = threading.Thread(target=spin)
-    thread.start()
-    try:
-        yield node, executor
-    finally:
-        executor.shutdown()
-        thread.join()
-        node.destroy_node()
-        rclpy.try_shutdown()
 
 
 def _count(text: str) -> int:

@@ -12,15 +12,11 @@ import os
 import shutil
 import signal
 import sys
-import threading
 import time
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager, suppress
+from collections.abc import Sequence
 from pathlib import Path
 from types import FrameType
 
-import rclpy
-from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rich.console import Console
 
 from spatial_relations_ros.core import SpatialRelationsError
@@ -39,6 +35,7 @@ from spatial_relations_ros.nodes.scene_requests import with_meshes
 from spatial_relations_ros.pipeline import LibraryModels
 from spatial_relations_ros.ros.domains import free_domain_id
 from spatial_relations_ros.ros.processes import NodeProcesses, local_graph
+from spatial_relations_ros.ros.running import spun
 from spatial_relations_ros.ros.waiting import NoAnswerError, wait_until
 
 # Generous: a first start on a busy machine imports for most of a minute.
@@ -73,7 +70,7 @@ class Demo:
         os.environ.update(environment)
         with NodeProcesses(environment, log_folder) as processes:
             self._start_nodes(processes)
-            with _client() as client:
+            with spun(DemoClient) as client:
                 self._say('waiting for the three nodes to come up')
                 self._wait_for_nodes(processes, client)
                 self._replay(processes, client)
@@ -190,29 +187,6 @@ class Demo:
         if response.success:
             target_poses = client.target_poses(TOPIC_TIMEOUT_SEC)
         return DemoOutcome(planned, reference, test, response, target_poses)
-
-
-@contextmanager
-def _client() -> Iterator[DemoClient]:
-    """A client, spun by a thread of its own."""
-    rclpy.init(args=[])
-    executor = SingleThreadedExecutor()
-    client = DemoClient()
-    executor.add_node(client)
-
-    def spin() -> None:
-        with suppress(ExternalShutdownException):
-            executor.spin()
-
-    thread = threading.Thread(target=spin, name='client')
-    thread.start()
-    try:
-        yield client
-    finally:
-        executor.shutdown()
-        thread.join()
-        client.destroy_node()
-        rclpy.try_shutdown()
 
 
 def _clear(out: Path) -> None:

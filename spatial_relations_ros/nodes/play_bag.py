@@ -5,12 +5,13 @@ from __future__ import annotations
 import argparse
 import signal
 import sys
+import threading
 from collections.abc import Sequence
 from pathlib import Path
 
 import rclpy
-from rclpy.executors import ExternalShutdownException
 from rclpy.node import Node
+from rclpy.signals import SignalHandlerOptions
 from rclpy.utilities import remove_ros_args
 
 from spatial_relations_ros.core import SpatialRelationsError
@@ -18,20 +19,20 @@ from spatial_relations_ros.nodes.bag_player import BagPlayer
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Plays a bag; gives the exit code: 0 at its end or after Ctrl-C, 2 when it cannot be read."""
+    """Plays a bag; gives the exit code: 0 at its end or a signal, 2 when it cannot be read."""
     arguments = sys.argv if arguments is None else list(arguments)
     options = make_parser().parse_args(remove_ros_args(arguments)[1:])
-    rclpy.init(args=list(arguments))
+    is_asked = threading.Event()
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, lambda *_: is_asked.set())
+    rclpy.init(args=list(arguments), signal_handler_options=SignalHandlerOptions.NO)
     node = Node('bag_player')
     try:
-        return _play(node, options)
-    except (KeyboardInterrupt, ExternalShutdownException):
-        return 0
+        return _play(node, options, is_asked)
     except SpatialRelationsError as error:
         print(f'error: {error}', file=sys.stderr)
         return 2
     finally:
-        signal.signal(signal.SIGINT, signal.SIG_IGN)
         node.destroy_node()
         rclpy.try_shutdown()
 
@@ -55,18 +56,19 @@ def make_parser() -> argparse.ArgumentParser:
     return parser
 
 
-def _play(node: Node, options: argparse.Namespace) -> int:
-    player = BagPlayer(node, options.bag, rate=options.rate, has_clock=options.clock)
+def _play(node: Node, options: argparse.Namespace, is_asked: threading.Event) -> int:
+    player = BagPlayer(
+        node, options.bag, rate=options.rate, has_clock=options.clock, stop=is_asked
+    )
     for topic, msgtype in player.left_out.items():
         print(f'left out: {topic}, there is no {msgtype} here', file=sys.stderr)
-    signal.signal(signal.SIGTERM, lambda *_: player.stop())
     played = sorted(set(player.contents) - set(player.left_out))
     if options.wait:
         player.wait_for_subscribers(options.wait_for or played, options.wait)
     while True:
         num_published = player.play()
         print(f'{num_published} messages on {", ".join(played)}', flush=True)
-        if not options.loop or player.is_stopped:
+        if not options.loop or is_asked.is_set():
             return 0
 
 

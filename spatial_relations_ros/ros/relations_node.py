@@ -18,7 +18,7 @@ from spatial_relations_ros.ros import qos as profiles
 from spatial_relations_ros.ros.diagnostics import Diagnostics
 from spatial_relations_ros.ros.parameters import Parameters, ParameterSpec
 from spatial_relations_ros.ros.same_name import SameName
-from spatial_relations_ros.ros.waiting import BusyError
+from spatial_relations_ros.ros.waiting import SHUTTING_DOWN, BusyError
 
 # Of one node, at a time; requests beyond it are answered at once.
 MAX_WAITING_REQUESTS = 8
@@ -52,7 +52,8 @@ class RelationsNode(Node):
         self.diagnostics.add_state('name', SameName(self).state)
         # Requests may overlap: each waits on its own thread.
         self.requests_group = ReentrantCallbackGroup()
-        self._places = threading.BoundedSemaphore(MAX_WAITING_REQUESTS)
+        self._places_lock = threading.Lock()
+        self._num_served = 0
         self._closing = threading.Event()
         self.serve(Trigger, '~/reset', self._on_reset, may_wait=False)
 
@@ -135,16 +136,26 @@ class RelationsNode(Node):
         for the answers that they wait for.
 
         Raises:
-            BusyError: when all places are taken.
+            BusyError: when all places are taken, or the node is shutting down.
         """
-        if not self._places.acquire(blocking=False):
-            raise BusyError(
-                f'busy: {MAX_WAITING_REQUESTS} requests are being served already; try again later'
-            )
+        with self._places_lock:
+            if self.is_closing:
+                raise BusyError(SHUTTING_DOWN)
+            if self._num_served >= MAX_WAITING_REQUESTS:
+                raise BusyError(
+                    f'busy: {self._num_served} requests are being served already; try again later'
+                )
+            self._num_served += 1
         try:
             yield
         finally:
-            self._places.release()
+            with self._places_lock:
+                self._num_served -= 1
+
+    @property
+    def is_idle(self) -> bool:
+        """Whether no request holds a place."""
+        return not self._num_served
 
     def report_bad(self, topic: str, error: Exception) -> str:
         """Counts and logs an error of a message or a request; returns it in words."""

@@ -5,7 +5,9 @@ from __future__ import annotations
 import signal
 import sys
 import threading
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from typing import TypeVar
 
 import rclpy
 from rclpy.executors import (
@@ -19,10 +21,15 @@ from rclpy.signals import SignalHandlerOptions
 
 from spatial_relations_ros.core import SpatialRelationsError
 from spatial_relations_ros.ros.relations_node import MAX_WAITING_REQUESTS, RelationsNode
+from spatial_relations_ros.ros.waiting import wait_until
+
+AnyNode = TypeVar('AnyNode', bound=Node)
 
 # Threads are made when needed. Requests that wait hold one each; two nodes of a process may serve
 # such requests, and what these wait for needs threads too.
 NUM_THREADS = 2 * MAX_WAITING_REQUESTS + 8
+# Longest wait for requests that are asked to end, before the spinning ends.
+LAST_ANSWERS_SEC = 5.0
 
 
 class WaitingExecutor(MultiThreadedExecutor):
@@ -74,13 +81,17 @@ class SpinThread:
     def close(self) -> None:
         """Ends all in the one order in which nothing is used after its end.
 
-        What the nodes run beside their callbacks and what callbacks wait for; while that is
-        answered, the nodes still spin. Then the spinning, then the callbacks that run. Nobody
-        uses the nodes any more when they are destroyed. A second call does nothing.
+        What the nodes run beside their callbacks and what callbacks wait for; while that ends
+        and clients get their answers, the nodes still spin. Then the spinning, then the callbacks
+        that run. Nobody uses the nodes any more when they are destroyed. A second call does
+        nothing.
         """
         if self._is_closing.is_set():
             return
-        self._close_nodes()
+        nodes = self._close_nodes()
+        served = [node for node in nodes if isinstance(node, RelationsNode)]
+        self._wait(lambda: all(node.is_idle for node in served))
+        self._work_off()
         self._is_closing.set()
         # Work ends the wait for work; shutdown would take the executor apart beneath its thread
         # (github.com/ros2/rclpy/issues/968).
@@ -90,6 +101,20 @@ class SpinThread:
         self._executor.shutdown()
         for node in nodes:
             node.destroy_node()
+
+    def _wait(self, condition: Callable[[], bool]) -> None:
+        wait_until(lambda: condition() or not self._thread.is_alive(), LAST_ANSWERS_SEC)
+
+    def _work_off(self) -> None:
+        """Waits until tasks that are queued have begun, such as sending the result of an action.
+
+        The executor hands out the newest first; when a task comes that was made after another
+        one had its turn, those before that have been handed out.
+        """
+        for _ in range(2):
+            turn = threading.Event()
+            self._executor.create_task(turn.set)
+            self._wait(turn.is_set)
 
     def _close_nodes(self) -> list[Node]:
         nodes: list[Node] = self._executor.get_nodes()
@@ -102,6 +127,29 @@ class SpinThread:
 def spin_alone(node: RelationsNode) -> SpinThread:
     """Spins a node, whose callbacks wait for nobody, beside the executor of its process."""
     return SpinThread(SingleThreadedExecutor(context=node.context), node)
+
+
+@contextmanager
+def spun(make_node: Callable[[], AnyNode], domain_id: int | None = None) -> Iterator[AnyNode]:
+    """A node by which a program talks to others, spun beside it until the block is left.
+
+    Signals stay with the program: Ctrl-C raises KeyboardInterrupt in it, and the node lives until
+    the block ends.
+
+    Args:
+        make_node: makes it once rclpy is initialised, without arguments of a command line.
+        domain_id: of its graph; ROS_DOMAIN_ID by default.
+    """
+    rclpy.init(args=[], domain_id=domain_id, signal_handler_options=SignalHandlerOptions.NO)
+    try:
+        node = make_node()
+        spinning = SpinThread(SingleThreadedExecutor(), node)
+        try:
+            yield node
+        finally:
+            spinning.close()
+    finally:
+        rclpy.try_shutdown()
 
 
 def run_node(

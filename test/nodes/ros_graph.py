@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import contextlib
 import os
-import threading
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
@@ -13,12 +11,13 @@ import rclpy
 from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.action import ActionClient
 from rclpy.context import Context
-from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
+from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.qos import QoSProfile
 
 from spatial_relations_ros.ros.domains import free_domain_id
 from spatial_relations_ros.ros.processes import NodeProcesses, local_graph
+from spatial_relations_ros.ros.running import SpinThread
 from spatial_relations_ros.ros.waiting import NoAnswerError, sent_by, wait_for, wait_until
 
 # Limits, not waits: a busy machine needs most of a minute to import PyTorch in three processes.
@@ -40,15 +39,8 @@ class Graph:
         self.node = Node('test_client', context=self.context)
         self.diagnostics: dict[str, Any] = {}
         self.subscribe(DiagnosticArray, '/diagnostics', self._on_diagnostics, 100)
-        self._executor = SingleThreadedExecutor(context=self.context)
-        self._executor.add_node(self.node)
-        self._thread = threading.Thread(target=self._spin)
-        self._thread.start()
+        self._spinning = SpinThread(SingleThreadedExecutor(context=self.context), self.node)
         self._clients: dict[str, Any] = {}
-
-    def _spin(self) -> None:
-        with contextlib.suppress(ExternalShutdownException):
-            self._executor.spin()
 
     def _on_diagnostics(self, message: DiagnosticArray) -> None:
         for status in message.status:
@@ -101,7 +93,7 @@ class Graph:
 
     def sent(self, send: Callable[[], Any]) -> Any:
         """The future of what an action client sends, sent on the thread that hears answers."""
-        return sent_by(self._executor, send, ANSWER_SEC)
+        return sent_by(self.node.executor, send, ANSWER_SEC)
 
     def wait(
         self, condition: Callable[[], bool], what: str, timeout_sec: float = ANSWER_SEC
@@ -116,9 +108,7 @@ class Graph:
 
     def close(self) -> dict[str, int]:
         codes = self.processes.stop()
-        self._executor.shutdown()
-        self._thread.join()
-        self.node.destroy_node()
+        self._spinning.close()
         rclpy.shutdown(context=self.context)
         return codes
 

@@ -194,6 +194,16 @@ def test_a_topic_to_wait_for_that_the_bag_lacks_is_named(plan: DemoPlan) -> None
     assert plan.points_topic in done.stderr
 
 
+def test_a_termination_ends_the_wait_for_subscribers(graph: Graph, plan: DemoPlan) -> None:
+    graph.processes.start(
+        'play_bag',
+        remappings={plan.points_topic: '/unheard'},
+        arguments=['--', str(plan.bag), '--wait', '600'],
+    )
+    graph.wait(lambda: graph.node.count_publishers('/unheard') > 0, 'the player', START_SEC)
+    assert graph.processes.end('play_bag', signal.SIGTERM) == 0
+
+
 def test_a_bag_that_is_none_is_named_by_the_command(tmp_path: Path) -> None:
     done = subprocess.run(
         relations(tmp_path / 'no_bag', '--publish'), capture_output=True, text=True, check=False

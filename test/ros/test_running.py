@@ -11,8 +11,14 @@ from typing import Any
 
 import pytest
 import rclpy
+from rclpy.action import ActionClient, ActionServer
+from rclpy.action.server import ServerGoalHandle
 from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
+from rclpy.context import Context
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions, get_current_signal_handlers_options
+from spatial_relations_msgs.action import ImitateRelation
 from std_srvs.srv import Trigger
 
 from spatial_relations_ros.core import ConfigError
@@ -20,8 +26,8 @@ from spatial_relations_ros.nodes.scene_client import SCENE_PARAMETERS, call
 from spatial_relations_ros.ros.domains import free_domain_id
 from spatial_relations_ros.ros.parameters import ParameterSpec
 from spatial_relations_ros.ros.relations_node import RelationsNode
-from spatial_relations_ros.ros.running import run_node
-from spatial_relations_ros.ros.waiting import NoAnswerError, wait_until
+from spatial_relations_ros.ros.running import SpinThread, run_node
+from spatial_relations_ros.ros.waiting import NoAnswerError, sent_by, wait_for, wait_until
 
 pytestmark = pytest.mark.ros
 
@@ -128,6 +134,56 @@ def run(act: Callable[[], Any], *, may_wait: bool, early: signal.Signals | None 
     finally:
         assert made[0].is_destroyed
     return made[0]
+
+
+class Working(RelationsNode):
+    """Works at a goal until it shuts down."""
+
+    def __init__(self) -> None:
+        super().__init__('working', SPECS)
+        self._server = ActionServer(
+            self, ImitateRelation, 'work', self._work, callback_group=self.requests_group
+        )
+
+    def _work(self, goal: ServerGoalHandle) -> ImitateRelation.Result:
+        with self.place_for_request():
+            goal.publish_feedback(ImitateRelation.Feedback())
+            assert wait_until(lambda: self.is_closing, TIMEOUT_SEC)
+        goal.succeed()
+        return ImitateRelation.Result(message='the best so far')
+
+    def destroy_node(self) -> None:
+        self._server.destroy()
+        super().destroy_node()
+
+
+def test_a_goal_that_runs_is_answered_at_the_end() -> None:
+    context = Context()
+    rclpy.init(context=context)
+    node = Node('asking', context=context)
+    client = ActionClient(node, ImitateRelation, 'work')
+    spinning = SpinThread(SingleThreadedExecutor(context=context), node)
+    works = threading.Event()
+    results: list[Any] = []
+
+    def interrupt() -> None:
+        assert client.wait_for_server(TIMEOUT_SEC)
+        sent = sent_by(
+            node.executor,
+            lambda: client.send_goal_async(ImitateRelation.Goal(), lambda _: works.set()),
+            TIMEOUT_SEC,
+        )
+        handle = wait_for(sent, TIMEOUT_SEC)
+        results.append(sent_by(node.executor, handle.get_result_async, TIMEOUT_SEC))
+        works.wait(TIMEOUT_SEC)
+        ask(signal.SIGTERM)
+
+    threading.Thread(target=interrupt).start()
+    assert run_node(Working, []) == 0
+    assert wait_for(results[0], TIMEOUT_SEC).result.message == 'the best so far'
+    client.destroy()
+    spinning.close()
+    rclpy.shutdown(context=context)
 
 
 either_executor = pytest.mark.parametrize('may_wait', [True, False])

@@ -14,9 +14,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import rclpy
-from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
-
 from spatial_relations_ros.core import SpatialRelationsError
 from spatial_relations_ros.evaluation.live_rates import LiveRun
 from spatial_relations_ros.evaluation.live_stream import (
@@ -38,6 +35,7 @@ from spatial_relations_ros.nodes.live_bench.publisher import (
     save_stream,
 )
 from spatial_relations_ros.ros.processes import NodeProcesses, local_graph
+from spatial_relations_ros.ros.running import spun
 from spatial_relations_ros.ros.waiting import wait_until
 
 WARM_UP_SEC = 2.0
@@ -95,7 +93,7 @@ def measure(layout: StreamFormat, options: LiveOptions, domain_id: int, folder: 
             remappings={'~/points': POINTS_TOPIC, '~/tracked_objects': TRACKS_TOPIC},
         )
         with (
-            _listener(domain_id) as listener,
+            spun(LiveListener, domain_id) as listener,
             _publisher(folder, environment, options) as publisher,
         ):
             return _Run(layout, options, listener, publisher, node.pid).run()
@@ -230,26 +228,3 @@ def _publisher(
                 process.wait(DRAIN_SEC)
             except subprocess.TimeoutExpired:
                 process.kill()
-
-
-@contextmanager
-def _listener(domain_id: int) -> Iterator[LiveListener]:
-    """The listener, spun by a thread of its own."""
-    rclpy.init(args=[], domain_id=domain_id)
-    executor = SingleThreadedExecutor()
-    listener = LiveListener()
-    executor.add_node(listener)
-
-    def spin() -> None:
-        with suppress(ExternalShutdownException):
-            executor.spin()
-
-    thread = threading.Thread(target=spin, name='listener')
-    thread.start()
-    try:
-        yield listener
-    finally:
-        executor.shutdown()
-        thread.join()
-        listener.destroy_node()
-        rclpy.try_shutdown()

@@ -11,19 +11,15 @@ import json
 import os
 import sys
 import tempfile
-import threading
 import time
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager, suppress
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-import rclpy
 from geometry_msgs.msg import PoseArray
 from numpy.typing import NDArray
-from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.node import Node
 from rich.console import Console
 from spatial_relations_msgs.msg import Imitation
@@ -42,6 +38,7 @@ from spatial_relations_ros.perception.messages import stamp_ns
 from spatial_relations_ros.ros.domains import free_domain_id
 from spatial_relations_ros.ros.processes import NodeProcesses, local_graph
 from spatial_relations_ros.ros.qos import ANSWERS
+from spatial_relations_ros.ros.running import spun
 from spatial_relations_ros.ros.waiting import NoAnswerError, wait_until
 
 START_SEC = 150.0
@@ -100,28 +97,6 @@ def follow_nodes(processes: NodeProcesses, models: Path) -> None:
     )
 
 
-@contextmanager
-def _listener(domain_id: int) -> Iterator[FollowListener]:
-    rclpy.init(args=[], domain_id=domain_id)
-    executor = SingleThreadedExecutor()
-    listener = FollowListener()
-    executor.add_node(listener)
-
-    def spin() -> None:
-        with suppress(ExternalShutdownException):
-            executor.spin()
-
-    thread = threading.Thread(target=spin, name='listener')
-    thread.start()
-    try:
-        yield listener
-    finally:
-        executor.shutdown()
-        thread.join()
-        listener.destroy_node()
-        rclpy.try_shutdown()
-
-
 def measure_following(bag: Path, models: Path, folder: Path, domain_id: int) -> dict[str, Any]:
     """Plays the bag twice, the first time to warm up, and tells what came the second time.
 
@@ -130,7 +105,7 @@ def measure_following(bag: Path, models: Path, folder: Path, domain_id: int) -> 
     """
     with NodeProcesses(local_graph(domain_id, folder / 'log'), folder / 'log') as processes:
         follow_nodes(processes, models)
-        with _listener(domain_id) as listener:
+        with spun(FollowListener, domain_id) as listener:
             player = BagPlayer(listener, bag)
             player.wait_for_subscribers([POINTS_TOPIC, TRACKS_TOPIC], START_SEC)
             sent: dict[int, float] = {}

@@ -3,17 +3,16 @@
 from __future__ import annotations
 
 import threading
-import time
 from collections.abc import Callable
 from typing import Any
 
-from rclpy.action import ActionClient
 from spatial_relations_msgs.action import ImitateRelation
 from spatial_relations_msgs.srv import Recall
 
 from spatial_relations_ros.core import Scene, SpatialRelationsError, UnknownRelationError
 from spatial_relations_ros.nodes.panel.answers import progress_content, result_content
 from spatial_relations_ros.nodes.panel.commands import ImitateCommand
+from spatial_relations_ros.nodes.panel.goals import Goals
 from spatial_relations_ros.nodes.panel.seen_objects import Shapes
 from spatial_relations_ros.nodes.scene_client import SceneClient, call
 from spatial_relations_ros.nodes.scene_requests import with_meshes
@@ -21,20 +20,9 @@ from spatial_relations_ros.perception.object_models import ModelSource
 from spatial_relations_ros.ros import qos
 from spatial_relations_ros.ros.conversions import scene_from_msg
 from spatial_relations_ros.ros.relations_node import RelationsNode
-from spatial_relations_ros.ros.waiting import (
-    SHUTTING_DOWN,
-    BusyError,
-    NoAnswerError,
-    Worker,
-    wait_for,
-    wait_until,
-)
+from spatial_relations_ros.ros.waiting import BusyError, Worker
 from spatial_relations_ros.visualization.report import scene_content
 from spatial_relations_ros.visualization.shown_imitation import lowest_point
-
-POLL_SEC = 0.1
-# So long an imitate node may be out of sight before its request is given up.
-GONE_SEC = 3.0
 
 Publish = Callable[[str, dict[str, Any]], None]
 
@@ -56,12 +44,7 @@ class Imitations:
     ) -> None:  # fmt: skip
         self._node, self._scenes, self._models = node, scenes, models
         self._shapes, self._publish = shapes, publish
-        self._client = ActionClient(
-            node,
-            ImitateRelation,
-            node.parameters.text('imitate_relation'),
-            callback_group=node.requests_group,
-        )
+        self._goals = Goals(node)
         self._recall = node.create_client(
             Recall,
             f'{node.parameters.text("metric")}/recall',
@@ -70,17 +53,15 @@ class Imitations:
         )
         self._worker = Worker(max_pending=1)
         self._lock = threading.Lock()
-        self._handle: Any = None
-        self._cancelled = False
 
     def close(self) -> None:
         """Gives up what runs."""
         self._worker.close()
 
     def destroy(self) -> None:
-        """Destroys the action client, after the job that uses it and before its node."""
+        """Destroys the client of the action, after the job that uses it and before its node."""
         self._worker.join()
-        self._client.destroy()
+        self._goals.destroy()
 
     def start(self, command: ImitateCommand) -> None:
         """Asks for an imitation and returns; what comes of it is published.
@@ -91,24 +72,21 @@ class Imitations:
             UnknownObjectError, UnknownRelationError: when a scene is not known.
         """
         try:
-            future = self._worker.submit(lambda: self._run(command))
+            with self._lock:
+                self._worker.submit(lambda: self._run(command))
+                self._goals.begin()
         except BusyError:
             raise BusyError('an imitation runs already; cancel it or wait for it') from None
-        del future
 
     def cancel(self) -> bool:
         """Ends the running one with its best answer so far; False when none runs."""
         with self._lock:
             if not self._worker.num_pending:
                 return False
-            self._cancelled = True
-            if self._handle is not None:
-                self._handle.cancel_goal_async()
+            self._goals.cancel()
         return True
 
     def _run(self, command: ImitateCommand) -> None:
-        with self._lock:
-            self._handle, self._cancelled = None, False
         base, relative = command.test_ids
         self._publish('job', {'running': True, 'message': f'{relative} to {base}'})
         problem = ''
@@ -139,7 +117,7 @@ class Imitations:
             num_answers=command.num_answers,
             keep_heading=command.keep_heading,
         )
-        result = self._result_of(goal)
+        result = self._goals.result(goal, self._on_feedback)
         self._publish('result', result_content(result, **scenes))
 
     def _reference(self, command: ImitateCommand) -> Scene:
@@ -149,41 +127,6 @@ class Imitations:
         if not response.success:
             raise UnknownRelationError(response.message)
         return scene_from_msg(response.scene)
-
-    def _result_of(self, goal: Any) -> Any:
-        timeout_sec = self._node.parameters.number('service_timeout')
-        wait_until(lambda: self._node.is_closing or self._client.server_is_ready(), timeout_sec)
-        if self._node.is_closing:
-            raise NoAnswerError(SHUTTING_DOWN)
-        if not self._client.server_is_ready():
-            raise NoAnswerError('no imitate node: is it running, and in the same namespace?')
-        sent = self._client.send_goal_async(goal, feedback_callback=self._on_feedback)
-        handle = wait_for(sent, timeout_sec, lambda: self._node.is_closing)
-        if not handle.accepted:
-            raise BusyError('the imitate node does not take the request now; try again later')
-        with self._lock:
-            self._handle = handle
-            if self._cancelled:
-                handle.cancel_goal_async()
-        return self._wait_for_result(handle.get_result_async())
-
-    def _wait_for_result(self, future: Any) -> Any:
-        """Waits as long as there is an imitate node that could answer."""
-        done = threading.Event()
-        future.add_done_callback(lambda _: done.set())
-        start_sec = seen_sec = time.monotonic()
-        timeout_sec = self._node.parameters.number('answer_timeout')
-        while not done.wait(POLL_SEC):
-            now_sec = time.monotonic()
-            if self._client.server_is_ready():
-                seen_sec = now_sec
-            if self._node.is_closing:
-                raise NoAnswerError(SHUTTING_DOWN)
-            if now_sec - seen_sec > GONE_SEC:
-                raise NoAnswerError('the imitate node went away while it worked')
-            if now_sec - start_sec > timeout_sec:
-                raise NoAnswerError(f'the imitate node gave no answer within {timeout_sec:g} s')
-        return future.result().result
 
     def _on_feedback(self, message: Any) -> None:
         try:
