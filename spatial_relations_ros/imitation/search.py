@@ -153,6 +153,8 @@ class PlacementSearch:
         for start in range(0, wide, _CHUNK):
             picked = order[start : min(start + _CHUNK, wide)]
             drawn = self._while_wanted(self._proposer.draw(idx) for idx in picked)
+            if found and len(drawn) < len(picked):
+                return  # a stop: what is known already is the answer soonest
             found += (chunk := self._compared(drawn))
             yield chunk
         for _ in range(max(self._options.num_proposals - wide, 0) // _CHUNK):
@@ -223,8 +225,11 @@ class PlacementSearch:
         parents = [c.proposal for c in best[:_NUM_PARENTS] if c.proposal is not None]
         cells = list(dict.fromkeys(c.proposal.cell for c in best if c.proposal is not None))
         varied = (self._proposer.vary(parent) for parent in parents)
-        others = (self._proposer.draw(cell) for cell in cells[: _CHUNK - len(parents)])
-        return self._while_wanted(itertools.chain(varied, others))
+        cells = cells[: _CHUNK - len(parents)]
+        others = (self._proposer.draw(cell) for cell in cells)
+        drawn = self._while_wanted(itertools.chain(varied, others))
+        # After a stop what is known already is the answer soonest.
+        return drawn if len(drawn) == len(parents) + len(cells) else []
 
     def _while_wanted(self, drawn: Iterator[Proposal | None]) -> list[Proposal | None]:
         """What is drawn until a stop: a chunk may take longer than a caller waits after one."""
