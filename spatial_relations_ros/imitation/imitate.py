@@ -7,6 +7,7 @@ import time
 
 import numpy as np
 import torch
+from torch import Tensor
 
 from spatial_relations_ros.core import Scene
 from spatial_relations_ros.imitation.answers import AnswerMaker, distinct
@@ -112,11 +113,10 @@ class _Imitation:
         base, relative = (item.world_from_object for item in self.test.objects)
         poses = pose_tensors([(base, relative)], self.objective.origin)
         with self.stages.timed(CHECKS):
-            current = evaluate(self.objective, *poses)
-            self._add([self._as_it_stands(current)])
+            self._add([self._as_it_stands(*poses)])
         self.history.append(self.best.distance)
         if self.options.physics_weight == 0.0:
-            self._descend_freely(current)
+            self._descend_freely(evaluate(self.objective, *poses))
         elif self._keep_going(0):
             self._place()
         best, *others = distinct(self.maker.rank(self.answers), self.objective.extent)
@@ -124,9 +124,9 @@ class _Imitation:
         answers = [best, *(answer for answer in others if self._is_success(answer))]
         return self._result(tuple(answers[: self.options.num_answers]), self.history)
 
-    def _as_it_stands(self, current: PoseBatch) -> ImitationAnswer:
+    def _as_it_stands(self, rotations: Tensor, translations: Tensor) -> ImitationAnswer:
         """The test scene as an answer, with what its arrangement adds to the distance."""
-        (answer,) = self.maker.answers(current.rotations, current.translations)
+        (answer,) = self.maker.answers(rotations, translations)
         weight = self.options.layout_weight
         if self.options.physics_weight == 0.0 or weight == 0.0:
             return answer

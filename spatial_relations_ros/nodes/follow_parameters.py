@@ -44,7 +44,8 @@ FOLLOW_PARAMETERS = (
     ParameterSpec(
         'follow_rate',
         10.0,
-        'How often it is looked whether what is followed has changed, Hz.',
+        'How often it is looked whether what is followed has changed, Hz; after each imitation at '
+        'once.',
         minimum=0.1,
         maximum=30.0,
     ),
@@ -64,7 +65,7 @@ FOLLOW_PARAMETERS = (
     ),
     ParameterSpec(
         'follow_time_budget',
-        0.3,
+        0.2,
         'Seconds that new targets may take while something is followed; four times as many once '
         'when none were found and the demonstration has stood still for a second.',
         minimum=0.05,

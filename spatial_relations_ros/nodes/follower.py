@@ -119,19 +119,22 @@ class Follower:
         self._era += 1
 
     def _tick(self) -> None:
+        """Looks; while new imitations are made again at once, not when the timer is due."""
         pairs, era = self._pairs, self._era
         if pairs is None:
             return
-        try:
-            self._look(pairs, era)
-            problem = ''
-        except Exception as error:  # the node and the following go on
-            problem = self._node.report_bad(PARAMETER, error)
-        with self._lock:
-            if era == self._era:
-                self._problem = problem
+        is_looking = True
+        while is_looking and era == self._era:
+            try:
+                is_looking, problem = self._look(pairs, era), ''
+            except Exception as error:  # the node and the following go on
+                is_looking, problem = False, self._node.report_bad(PARAMETER, error)
+            with self._lock:
+                if era == self._era:
+                    self._problem = problem
 
-    def _look(self, pairs: tuple[IdPair, IdPair], era: int) -> None:
+    def _look(self, pairs: tuple[IdPair, IdPair], era: int) -> bool:
+        """Imitates when there is something new; gives whether it did."""
         request = Imitate.Request(
             reference_ids=list(pairs[0]),
             test_ids=list(pairs[1]),
@@ -143,7 +146,7 @@ class Follower:
         if last is not None and not self._has_changed(last, reference, seen.scene):
             is_still = time.monotonic() - last.time_sec >= STILL_SEC
             if last.result.success or last.num_tries > 1 or not is_still:
-                return
+                return False
             num_tries = last.num_tries + 1
         options = self._options(request, seen)
         budget_sec = self._node.parameters.number('follow_time_budget')
@@ -155,11 +158,12 @@ class Follower:
         result = self._run(reference, seen, options, lambda: era != self._era, lambda *_: None)
         with self._lock:
             if era != self._era:
-                return
+                return False
             now_sec = time.monotonic()
             self._last = _Followed(reference, seen.scene, result, num_tries, now_sec)
             self._num_updates += 1
             self._updates_sec.append(now_sec)
+            return True
 
     def _has_changed(self, last: _Followed, reference: Scene, test: Scene) -> bool:
         parameters = self._node.parameters

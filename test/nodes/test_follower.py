@@ -43,6 +43,8 @@ class Watched:
 
     def __init__(self, context: Context) -> None:
         self.reference, self.success, self.problem = scene(0.0), True, ''
+        # Of the demonstration that goes on: places that are still to come.
+        self.coming: list[Scene] = []
         self.runs: list[ImitationOptions] = []
         self.node = RelationsNode(
             'watched', FOLLOW_PARAMETERS, context=context, use_global_arguments=False,
@@ -57,6 +59,8 @@ class Watched:
     def _resolve(self, _: Any) -> tuple[Scene, SeenScene]:
         if self.problem:
             raise UnknownObjectError(self.problem)
+        if self.coming:
+            self.reference = self.coming.pop(0)
         return self.reference, SeenScene(scene(0.3))
 
     def _run(self, _: Scene, seen: SeenScene, options: ImitationOptions, *__: Any) -> Any:
@@ -103,6 +107,13 @@ def test_a_change_is_imitated_from_the_last_success_and_stillness_is_not(
     watched.reference = scene(0.02)
     watched.spin_until(2)
     assert watched.runs[1].start is not None
+
+
+def test_what_goes_on_changing_is_looked_at_again_at_once(watched: Watched) -> None:
+    """Not only when the timer is due: that would cost a part of each period."""
+    watched.coming = [scene(0.02 * idx) for idx in range(6)]
+    watched.spin_until(1)
+    assert len(watched.runs) == 6
 
 
 def test_what_found_nothing_is_retried_once_after_a_second_of_stillness(
