@@ -30,17 +30,15 @@ def test_a_card_that_makes_no_sense_is_refused(entry):
         AnswerCalibration.of_card(entry)
 
 
-def test_shipped_weights_doubt_answers_more_than_their_distances():
-    metric = load_metric()
-    answers, calibration = metric.answer_calibration, metric.calibration
-    assert answers is not None
-    assert calibration is not None
-    near = calibration.same_relation_probability(0.2)
-    assert 0.5 < answers.probability(near) < near
-
-
-def test_weights_without_such_a_calibration_still_work():
+def test_a_metric_has_the_calibration_of_its_card():
     shipped = load_metric()
-    card = dataclasses.replace(shipped.card, answers={})
-    metric = RelationMetric(shipped.encoder, card, shipped.calibration)
-    assert metric.answer_calibration is None
+    cards = [
+        dataclasses.replace(shipped.card, answers=entry)
+        for entry in ({}, {'slope': 0.7, 'offset': -0.9, 'num_answers': 115})
+    ]
+    without, doubting = (
+        RelationMetric(shipped.encoder, card, shipped.calibration) for card in cards
+    )
+    assert without.answer_calibration is None
+    assert doubting.answer_calibration == AnswerCalibration(0.7, -0.9)
+    assert doubting.answer_calibration.probability(0.99) < 0.99
