@@ -140,7 +140,9 @@ def descent(metric: RelationMetric) -> Image:
         learning_rate=ImitationOptions.learning_rate,
     )  # fmt: skip
     result = imitate(metric, reference, test, options)
-    curve = draw_distance_curve(result.distance_history, width=1100, height=360)
+    curve = draw_distance_curve(
+        result.distance_history, title='Distance to the demonstration', width=1100, height=360
+    )
     scenes = before_after(reference, test, result.answers[0].scene(test))
     return contact_sheet([scenes, curve], columns=1)
 

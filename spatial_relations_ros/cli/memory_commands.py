@@ -94,7 +94,8 @@ def list_relations(memory: MemoryOption = None, json_path: JsonOption = None) ->
     output = Output(json_path)
     with RelationMemory(memory) as store:
         relations = store.list()
-        output.say(f'{len(relations)} relations in {store.path}')
+        noun = 'relation' if len(relations) == 1 else 'relations'
+        output.say(f'{len(relations)} {noun} in {store.path}')
     output.table(
         ('name', 'base', 'relative', 'model'),
         [(item.name, item.base_id, item.relative_id, item.model_hash[:12]) for item in relations],

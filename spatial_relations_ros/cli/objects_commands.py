@@ -98,7 +98,8 @@ def list_objects(objects: ObjectsOption = None, json_path: JsonOption = None) ->
 
     library = OwnObjects(objects)
     cards = [library.card(name) for name in library.names()]
-    output.say(f'{len(cards)} objects in {escape(str(library.folder))}')
+    noun = 'object' if len(cards) == 1 else 'objects'
+    output.say(f'{len(cards)} {noun} in {escape(str(library.folder))}')
     if cards:
         output.table(
             ('name', 'size, cm', 'volume, cm3', 'triangles', 'made from'),

@@ -11,7 +11,7 @@ from PIL import Image as PillowImage
 
 from spatial_relations_ros.core import ConfigError, atomic_write
 from spatial_relations_ros.visualization.camera import frame_objects
-from spatial_relations_ros.visualization.curves import draw_distance_curve
+from spatial_relations_ros.visualization.curves import NEAREST_WHILE_SEARCHING, draw_distance_curve
 from spatial_relations_ros.visualization.images import Image
 from spatial_relations_ros.visualization.palette import PAPER, as_bytes
 from spatial_relations_ros.visualization.rendering import render_scene
@@ -78,6 +78,7 @@ def animate_imitation(
         )
         curve = draw_distance_curve(
             distances,
+            title='Distance to the demonstration' if follows else NEAREST_WHILE_SEARCHING,
             width=width,
             height=height,
             cursor=float(at) if follows else None,

@@ -27,17 +27,22 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
+NEAREST_WHILE_SEARCHING = 'Nearest found while searching'
+
 
 def draw_distance_curve(
     history: NDArray[np.floating] | Sequence[float],
     *,
-    title: str = 'Distance to the demonstration',
+    title: str = NEAREST_WHILE_SEARCHING,
     width: int = 800,
     height: int = 480,
     cursor: float | None = None,
     steps: str = 'step',
 ) -> Image:
     """The distance under the metric over the optimiser's steps.
+
+    While an imitation searches it is that of the nearest placement so far, feasible or not: the
+    answer, which must be feasible, may be farther away.
 
     Args:
         history: (S,) distances; the first is the scene as it stood. May be empty, may hold NaN.
@@ -130,7 +135,7 @@ def _curve(axes: Axes, distances: NDArray[np.float64]) -> None:
     axes.set_ylim(0.0, top)
     axes.set_xlim(0, max(len(distances) - 1, 1))
     count_by_whole_numbers(axes)
-    for step, words, shift in ((start, 'start', 8), (best, 'best', 10)):
+    for step, words, shift in ((start, 'start', 8), (best, 'least', 10)):
         axes.plot(step, distances[step], 'o', color=BASE_COLOUR, markersize=6, clip_on=False)
         late = step > 0.8 * len(distances)
         axes.annotate(

@@ -42,7 +42,7 @@ def write_imitation_pictures(
         before: the test scene as it stood.
         after: the test scene with the objects at their targets; None when there is no answer.
         projections: gives the network's images of a scene.
-        distance_history: (S,) distance at each step.
+        distance_history: (S,) distance of the nearest placement so far at each step.
         table_height: world z of the table in the test scene; its lowest point before by default.
 
     Returns:

@@ -34,6 +34,7 @@ def test_add_list_and_show(relations, models, tmp_path):
 
     listed = json.loads(relations('objects', 'list', '--json', '-').stdout)
     assert [item['name'] for item in listed['objects']] == ['my_cup']
+    assert relations('objects', 'list').stdout.startswith('1 object in ')
     assert json.loads(relations('objects', 'show', 'my_cup', '--json', '-').stdout) == entry
     assert 'watertight as it is' in relations('objects', 'show', 'my_cup').stdout
 
