@@ -41,6 +41,8 @@ NUM_DRAWN = 600
 MAX_SIMULATED = 12
 
 _VARIED_SHARE = 0.5
+# Placements between two looks for footholds, of which every other one is taken.
+_A_LOOK = 50
 
 
 @dataclass(frozen=True)
@@ -103,11 +105,16 @@ def _placements(
     orientations = resting_orientations(relative.body, relative.rotation)
     proposer = Proposer(bases, relative.body, orientations, rng)
     parents: list[Proposal] = []
+    footholds: Iterator[Proposal] = iter(())
     for number in range(count):
+        if number % _A_LOOK == 0:
+            footholds = proposer.on_footholds(_A_LOOK)
         if parents and rng.random() < _VARIED_SHARE:
             proposal = proposer.vary(parents[rng.integers(len(parents))])
+        elif number % 2 == 0:
+            proposal = next(footholds, None)
         else:
-            proposal = proposer.draw(number % len(proposer.cells))
+            proposal = proposer.draw(number // 2 % len(proposer.cells))
         rested = None if proposal is None else _at_rest(proposal, tabletop)
         if rested is None:
             continue
