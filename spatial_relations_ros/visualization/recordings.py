@@ -170,5 +170,5 @@ def require_rerun() -> Any:
     except ImportError as error:
         raise ConfigError(
             f'recordings need rerun-sdk ({error}): pip install '
-            "'spatial_relations_ros[viz]', which needs numpy 2"
+            "'rerun-sdk>=0.41,<0.42', which needs numpy 2"
         ) from error

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -68,6 +69,9 @@ def test_a_folder_that_is_absent_is_named_before_the_work(tmp_path):
 
 def test_without_rerun_the_extra_is_named(tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, 'rerun', None)
-    with pytest.raises(ConfigError, match=r'spatial_relations_ros\[viz\]'):
+    with pytest.raises(ConfigError, match=r"pip install '(.+)', which") as refused:
         Recording(str(tmp_path / 'out.rrd'))
     assert list(tmp_path.iterdir()) == []
+    requirement = str(refused.value).split("'")[-2]
+    setup = Path(__file__).resolve().parents[2] / 'setup.py'
+    assert f"'viz': ['{requirement}']" in setup.read_text(), 'what the extra asks for'
