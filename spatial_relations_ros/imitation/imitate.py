@@ -156,14 +156,19 @@ class _Imitation:
             if (is_sure and self._is_clear(self.best)) or not self._keep_going(self.num_steps):
                 break
             # Nothing near the demonstration stays: look on around what was not tried yet.
+            rested: list[Candidate] = []
             with self.stages.timed(PROPOSALS):
                 untried = [c for c in found if c not in tried] or found
                 found += search.more(untried)
                 if self._keep_going(self.num_steps):
-                    found += search.resting(untried)
+                    rested = search.resting(untried)
+            found += rested
             self._note(found)
-            self._check(search, found, tried)
-        if not self._is_success(self.best) and self._keep_going(self.num_steps):
+            # What came to rest and is arranged alike comes before what is nearer and may fall.
+            alike = [c for c in rested if search.is_alike(c)]
+            self._check(search, alike or found, tried)
+        is_success = self._is_success(self.best) and self.best.alike
+        if not is_success and self._keep_going(self.num_steps):
             # What stays and is arranged alike is a better attempt than what is near and falls.
             alike = [c for c in found if search.is_alike(c)]
             self._check(search, alike, tried, farthest=math.inf)
