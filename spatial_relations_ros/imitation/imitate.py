@@ -183,6 +183,8 @@ class _Imitation:
                 found += search.more(found)
         if found:
             self._note(found)
+            self._check(search, found, tried)
+        if found and not self._is_clear(self.best):
             self._refine_nearest(search, found)
             self._check(search, found, tried)
         return found
