@@ -31,10 +31,11 @@ def show_report(output: Output, report: ReplayReport) -> None:
         columns = ('frame', 'distance before', 'after', 'feasible', 'outcome')
         output.table(columns, rows, title=report.bag_name)
     counts = summary(report)
+    plural = '' if counts['num_demonstrations'] == 1 else 's'
     output.say(
         f'{escape(report.bag_name)}: {counts["num_frames"]} frames, '
         f'{counts["num_problems"]} unusable, {counts["num_dropped"]} messages dropped, '
-        f'{counts["num_demonstrations"]} demonstrations, {counts["num_successes"]} of '
+        f'{counts["num_demonstrations"]} demonstration{plural}, {counts["num_successes"]} of '
         f'{counts["num_imitations"]} imitations succeeded'
     )
     for request in report.requests:

@@ -65,7 +65,7 @@ class PanelNode(RelationsNode):
         if PanelServer is None:
             raise ConfigError(
                 'panel_node needs aiohttp: install it with `sudo apt install python3-aiohttp` or '
-                "`pip install 'spatial_relations_ros[panel]'`"
+                '`pip install aiohttp`'
             )
         self._models = model_source(self.parameters.text('models_path'))
         self._shapes = Shapes()
