@@ -90,8 +90,8 @@ class ImitationResult:
         success: whether the best answer is feasible and similar to the demonstration, that is
             nearer than the distance at which that is likely.
         message: why not, in words a person can act on; otherwise a summary.
-        answers: best first; at least one. Not by the distance alone: what stays only just, rolls or
-            moves far counts as a little farther.
+        answers: best first; at least one. Not by the distance alone: what stays only just, rolls
+            or moves far counts as a little farther.
         distance_history: (S,) distance of the best answer's run at each step; the first is the
             test scene as it stands.
         initial_distance: distance of the test scene as it stands.
