@@ -10,6 +10,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+from rclpy.duration import Duration
 from rclpy.node import Node
 from rclpy.publisher import Publisher
 from rclpy.qos import QoSProfile
@@ -25,6 +26,7 @@ from spatial_relations_ros.ros.waiting import NoAnswerError, wait_until
 
 CDR_HEADER_BYTES = 4
 CLOCK_PERIOD_SEC = 0.025
+DELIVERY_SEC = 5.0
 
 
 def message_class(msgtype: str) -> Any:
@@ -105,7 +107,9 @@ class BagPlayer:
     def play(self, after_cloud: Callable[[int], None] | None = None) -> int:
         """Publishes everything once with the timing of ``rate``, or slower where it is late.
 
-        What is late delays all that follows: messages never come in bursts that were none.
+        What is late delays all that follows: messages never come in bursts that were none. At the
+        end it waits some seconds until all has been delivered, since a publisher that ends takes
+        what was not with it.
 
         Args:
             after_cloud: called with each cloud's stamp in nanoseconds; waiting there keeps
@@ -128,7 +132,16 @@ class BagPlayer:
                 if after_cloud is not None and message.msgtype == POINT_CLOUD:
                     after_cloud(stamp_of_cdr(message.data))
                 begin_sec = max(begin_sec, time.monotonic() - offset_sec)
+        self._deliver()
         return num_published
+
+    def _deliver(self) -> None:
+        """Waits until subscribers have acknowledged what was published, or it is to stop."""
+        end_sec = time.monotonic() + DELIVERY_SEC
+        for publisher in self._publishers.values():
+            left_sec = max(0.0, end_sec - time.monotonic())
+            if not self._stop.is_set():
+                publisher.wait_for_all_acked(Duration(seconds=left_sec))
 
     def _wait_until(self, due_sec: float, time_ns: int) -> bool:
         """Waits for a message's time, with /clock going on; False when it is to stop."""

@@ -102,6 +102,8 @@ class Graph:
 
         def holds() -> bool:
             self.processes.check()
+            if self._spinning.error is not None:
+                raise self._spinning.error
             return condition()
 
         assert wait_until(holds, timeout_sec), f'{what} did not come within {timeout_sec:g} s'

@@ -1,5 +1,6 @@
 import dataclasses
 
+import numpy as np
 import pytest
 
 from spatial_relations_ros.core import Relation
@@ -25,7 +26,12 @@ def test_generated_pairs_can_agree():
 def test_what_cannot_agree_is_counted(boxes):
     judged = {relation: judge_scene(scene, 0.0) for relation, scene in boxes.items()}
     on_top, edge = judged[Relation.ON_TOP], judged[Relation.ON_TOP_EDGE]
-    measures = dataclasses.replace(on_top.measures, relative_bottom=0.2, relative_height=0.01)
+    measures = dataclasses.replace(
+        on_top.measures,
+        relative_bottom=0.2,
+        relative_height=0.01,
+        contact_points=on_top.measures.contact_points + np.array([0.0, 0.0, 0.2]),
+    )
     hovering = dataclasses.replace(on_top, measures=measures)
     pairs = [
         PlacedPair(Relation.ON_TOP, ('a', 'b'), (on_top, on_top)),
