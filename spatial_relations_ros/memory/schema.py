@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sqlite3
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -13,6 +14,7 @@ from spatial_relations_ros.core import MemoryFileError, data_path
 APPLICATION_ID = 0x5370526C
 SCHEMA_VERSION = 1
 BUSY_TIMEOUT_SEC = 10.0
+_RETRY_SEC = 0.01
 
 _TABLES = """
 CREATE TABLE relations (
@@ -65,9 +67,12 @@ def open_database(path: Path) -> sqlite3.Connection:
 
 def _prepare(connection: sqlite3.Connection, path: Path) -> None:
     connection.execute('PRAGMA foreign_keys = ON')
-    if not _is_ours(connection, path):
+    # In one view of the file: another process may just be making it.
+    with snapshot(connection):
+        is_ours = _is_ours(connection, path)
+    if not is_ours:
         # Readers go on while one writes; survives being killed at any moment.
-        connection.execute('PRAGMA journal_mode = WAL')
+        _write_ahead(connection)
         with transaction(connection):
             # Another process may have been faster.
             if not _is_ours(connection, path):
@@ -76,6 +81,20 @@ def _prepare(connection: sqlite3.Connection, path: Path) -> None:
                 connection.execute(f'PRAGMA application_id = {APPLICATION_ID}')
                 connection.execute(f'PRAGMA user_version = {SCHEMA_VERSION}')
     connection.execute('PRAGMA synchronous = FULL')
+
+
+def _write_ahead(connection: sqlite3.Connection) -> None:
+    """Changes the journal; other than statements that fails at once while others use the file."""
+    end_sec = time.monotonic() + BUSY_TIMEOUT_SEC
+    while True:
+        try:
+            connection.execute('PRAGMA journal_mode = WAL')
+        except sqlite3.OperationalError as error:
+            if error.sqlite_errorcode != sqlite3.SQLITE_BUSY or time.monotonic() > end_sec:
+                raise
+            time.sleep(_RETRY_SEC)
+        else:
+            return
 
 
 def _is_ours(connection: sqlite3.Connection, path: Path) -> bool:
