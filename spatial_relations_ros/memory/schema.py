@@ -90,7 +90,9 @@ def _write_ahead(connection: sqlite3.Connection) -> None:
         try:
             connection.execute('PRAGMA journal_mode = WAL')
         except sqlite3.OperationalError as error:
-            if error.sqlite_errorcode != sqlite3.SQLITE_BUSY or time.monotonic() > end_sec:
+            # The code's first byte; the rest tells which kind of busy.
+            is_busy = error.sqlite_errorcode & 0xFF == sqlite3.SQLITE_BUSY
+            if not is_busy or time.monotonic() > end_sec:
                 raise
             time.sleep(_RETRY_SEC)
         else:

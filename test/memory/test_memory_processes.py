@@ -63,6 +63,37 @@ def test_killed_while_writing_keeps_every_finished_relation(tmp_path):
         memory.remember('after', memory.get('w0'), np.ones(8), 'model')
 
 
+def test_a_file_that_another_makes_meanwhile_is_taken_for_what_it_is(tmp_path):
+    path = tmp_path / 'relations.sqlite3'
+    connection = sqlite3.connect(path, timeout=10.0, isolation_level=None)
+    others = []
+
+    def make_it(statement):
+        """Between two looks at the file, as another process may."""
+        if statement == 'PRAGMA user_version' and not others:
+            others.append(threading.Thread(target=lambda: schema.open_database(path).close()))
+            others[0].start()
+            others[0].join(0.5)  # it waits where the looks are at one state of the file
+
+    connection.set_trace_callback(make_it)
+    schema._prepare(connection, path)
+    others[0].join()
+    with RelationMemory(path) as memory:
+        assert not memory.list()
+
+
+def test_who_makes_the_file_waits_for_who_reads_it(tmp_path):
+    path = tmp_path / 'relations.sqlite3'
+    reader = sqlite3.connect(path, isolation_level=None, check_same_thread=False)
+    reader.execute('BEGIN')
+    reader.execute('SELECT 1 FROM sqlite_master').fetchone()
+    release = threading.Timer(0.3, lambda: reader.execute('COMMIT'))
+    release.start()
+    with RelationMemory(path) as memory:
+        assert not memory.list()
+    release.join()
+
+
 def test_several_processes_write_at_once(tmp_path):
     path = tmp_path / 'relations.sqlite3'
     writer = start_writer(path, 15, 'xyz')
