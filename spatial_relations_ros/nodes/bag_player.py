@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import importlib
 import struct
-import threading
 import time
 from collections.abc import Callable
 from pathlib import Path
@@ -22,6 +21,7 @@ from spatial_relations_ros.evaluation.bag_reader import BagReader
 from spatial_relations_ros.evaluation.bag_types import POINT_CLOUD
 from spatial_relations_ros.perception.series import NS_PER_SEC
 from spatial_relations_ros.ros import qos
+from spatial_relations_ros.ros.stop_request import StopRequest
 from spatial_relations_ros.ros.waiting import NoAnswerError, wait_until
 
 CDR_HEADER_BYTES = 4
@@ -62,10 +62,10 @@ class BagPlayer:
 
     def __init__(
         self, node: Node, path: Path, *, rate: float = 1.0, has_clock: bool = False,
-        stop: threading.Event | None = None,
+        stop: StopRequest | None = None,
     ) -> None:  # fmt: skip
         self._path, self._rate = path, rate
-        self._stop = stop or threading.Event()
+        self._stop = stop or StopRequest()
         self._clock = node.create_publisher(Clock, '/clock', qos.CLOCK) if has_clock else None
         with BagReader(path) as reader:
             self.contents = reader.contents

@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import argparse
-import signal
 import sys
-import threading
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -16,19 +14,18 @@ from rclpy.utilities import remove_ros_args
 
 from spatial_relations_ros.core import SpatialRelationsError
 from spatial_relations_ros.nodes.bag_player import BagPlayer
+from spatial_relations_ros.ros.stop_request import StopRequest
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Plays a bag; gives the exit code: 0 at its end or a signal, 2 when it cannot be read."""
     arguments = sys.argv if arguments is None else list(arguments)
     options = make_parser().parse_args(remove_ros_args(arguments)[1:])
-    is_asked = threading.Event()
-    for number in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(number, lambda *_: is_asked.set())
+    stop = StopRequest.by_signals()
     rclpy.init(args=list(arguments), signal_handler_options=SignalHandlerOptions.NO)
     node = Node('bag_player')
     try:
-        return _play(node, options, is_asked)
+        return _play(node, options, stop)
     except SpatialRelationsError as error:
         print(f'error: {error}', file=sys.stderr)
         return 2
@@ -56,10 +53,8 @@ def make_parser() -> argparse.ArgumentParser:
     return parser
 
 
-def _play(node: Node, options: argparse.Namespace, is_asked: threading.Event) -> int:
-    player = BagPlayer(
-        node, options.bag, rate=options.rate, has_clock=options.clock, stop=is_asked
-    )
+def _play(node: Node, options: argparse.Namespace, stop: StopRequest) -> int:
+    player = BagPlayer(node, options.bag, rate=options.rate, has_clock=options.clock, stop=stop)
     for topic, msgtype in player.left_out.items():
         print(f'left out: {topic}, there is no {msgtype} here', file=sys.stderr)
     played = sorted(set(player.contents) - set(player.left_out))
@@ -68,7 +63,7 @@ def _play(node: Node, options: argparse.Namespace, is_asked: threading.Event) ->
     while True:
         num_published = player.play()
         print(f'{num_published} messages on {", ".join(played)}', flush=True)
-        if not options.loop or is_asked.is_set():
+        if not options.loop or stop.is_set():
             return 0
 
 

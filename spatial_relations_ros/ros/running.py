@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import signal
 import sys
 import threading
 from collections.abc import Callable, Iterator, Sequence
@@ -21,6 +20,7 @@ from rclpy.signals import SignalHandlerOptions
 
 from spatial_relations_ros.core import SpatialRelationsError
 from spatial_relations_ros.ros.relations_node import MAX_WAITING_REQUESTS, RelationsNode
+from spatial_relations_ros.ros.stop_request import StopRequest
 from spatial_relations_ros.ros.waiting import wait_until
 
 AnyNode = TypeVar('AnyNode', bound=Node)
@@ -175,9 +175,7 @@ def run_node(
     Returns:
         Exit code: 0 after a requested end, 2 when the node could not be set up.
     """
-    is_asked = threading.Event()
-    for number in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(number, lambda *_: is_asked.set())
+    stop = StopRequest.by_signals()
     try:
         rclpy.init(
             args=None if arguments is None else list(arguments),
@@ -189,8 +187,8 @@ def run_node(
             print(f'cannot start: {error}', file=sys.stderr)
             return 2
         executor = WaitingExecutor(NUM_THREADS) if may_wait else SingleThreadedExecutor()
-        spinning = SpinThread(executor, node, on_end=is_asked.set)
-        is_asked.wait()
+        spinning = SpinThread(executor, node, on_end=stop.set)
+        stop.wait()
         spinning.close()
         if spinning.error is not None:
             raise spinning.error

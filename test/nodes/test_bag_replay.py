@@ -127,9 +127,10 @@ def test_the_command_publishes_a_bag_with_its_times(graph: Graph, plan: DemoPlan
             # More often than there are messages' times, so that timers go on.
             graph.wait(lambda: len(set(clock)) > 50, 'a clock between the messages')
             graph.wait(lambda: bool(tracked), 'tracked poses')
-        finally:
             process.send_signal(signal.SIGINT)
-        printed, _ = process.communicate(timeout=60.0)
+            printed, _ = process.communicate(timeout=60.0)
+        finally:
+            process.kill()
     assert process.returncode == 0
     assert f'messages on {plan.points_topic}' in printed
     with BagReader(plan.bag) as reader:
