@@ -49,6 +49,10 @@ class AnswerMaker:
         )
         return rank(answers, usable_below)
 
+    def is_success(self, answer: ImitationAnswer) -> bool:
+        """Whether an answer is feasible and similar to the demonstration."""
+        return answer.feasible and answer.distance < self.objective.similar_distance
+
     def answers(self, rotations: Tensor, translations: Tensor) -> list[ImitationAnswer]:
         """Checked answers at exactly these poses, with distances as the metric reports them.
 

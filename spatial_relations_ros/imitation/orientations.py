@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from spatial_relations_ros.placement.body import Body
+from spatial_relations_ros.placement.body import Body, Placed
 from spatial_relations_ros.placement.rest_poses import RestPose, rotation_between
 from spatial_relations_ros.placement.resting import UP
 
@@ -37,6 +37,14 @@ def resting_orientations(body: Body, current: FloatArray) -> list[FloatArray]:
         if not any(_looks_alike(body, pose.rotation, other) for other in kept):
             kept.append(pose.rotation)
     return kept
+
+
+def standing_bases(base: Placed, *, upright: bool) -> list[Placed]:
+    """The base on the table at its place, in the ways in which it rests."""
+    orientations = resting_orientations(base.body, base.rotation)
+    orientations = orientations[:1] if upright else orientations
+    level = base.translation * [1.0, 1.0, 0.0]
+    return [Placed(base.body, rotation, level).on_table() for rotation in orientations]
 
 
 def _levelled(poses: Sequence[RestPose], current: FloatArray) -> FloatArray:

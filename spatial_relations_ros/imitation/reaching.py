@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from spatial_relations_ros.core import Pose, Scene
+from spatial_relations_ros.imitation.candidates import PosePair
 from spatial_relations_ros.imitation.options import ImitationOptions
 from spatial_relations_ros.imitation.proposals import Proposal
 from spatial_relations_ros.imitation.shape import Shape
@@ -18,8 +19,6 @@ from spatial_relations_ros.placement.settling import settle
 _UP = np.array([0.0, 0.0, 1.0])
 # Nearest first: a relation does not depend on the heading, the base's shape may.
 _TURNS_RAD = tuple(math.radians(sign * angle) for angle in range(20, 181, 20) for sign in (1, -1))
-
-PosePair = tuple[Pose, Pose]
 
 
 @dataclass(frozen=True, eq=False)

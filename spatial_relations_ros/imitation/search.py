@@ -5,37 +5,30 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from torch import Tensor
 
-from spatial_relations_ros.core import Pose, Scene
-from spatial_relations_ros.core.rotations import tilt_angle_rad
-from spatial_relations_ros.imitation.arrangement import (
-    arrangement_difference,
-    is_alike,
-    rests_on_other,
-)
+from spatial_relations_ros.core import Scene
+from spatial_relations_ros.imitation.appraisal import Appraisal
+from spatial_relations_ros.imitation.candidates import Candidate, PosePair
 from spatial_relations_ros.imitation.feasibility import MAX_PENETRATION
-from spatial_relations_ros.imitation.lean import turned_over
 from spatial_relations_ros.imitation.manipulation import obstacle_depths
 from spatial_relations_ros.imitation.objective import Objective
 from spatial_relations_ros.imitation.options import ImitationOptions
-from spatial_relations_ros.imitation.orientations import resting_orientations
+from spatial_relations_ros.imitation.orientations import resting_orientations, standing_bases
 from spatial_relations_ros.imitation.pose_optimizer import PoseBatch, evaluate
 from spatial_relations_ros.imitation.poses import pose_tensors, row_poses
 from spatial_relations_ros.imitation.proposals import Proposal, Proposer
 from spatial_relations_ros.imitation.reaching import Reaching
+from spatial_relations_ros.imitation.rest import Rest
 from spatial_relations_ros.imitation.stages import EMBEDDING, Stages
-from spatial_relations_ros.imitation.statics import rest_together, rests
 from spatial_relations_ros.imitation.tabletop import Tabletop
+from spatial_relations_ros.imitation.targets import Targets
 from spatial_relations_ros.placement.arrangement import Arrangement
-from spatial_relations_ros.placement.body import Placed
-from spatial_relations_ros.placement.resting import UP, about_z
-from spatial_relations_ros.placement.settling import Manner, settle
-from spatial_relations_ros.placement.stability import TABLE_TILT_RAD
-from spatial_relations_ros.placement.tipping import MAX_ROLL_RAD, Ground, tipped
+from spatial_relations_ros.placement.settling import Manner
+from spatial_relations_ros.placement.tipping import tipped
 
 _CHUNK = 8
 _WIDE_SHARE = 0.5
@@ -43,38 +36,9 @@ _NUM_PARENTS = 5
 # When the search goes on: so many drawn, in so many ways, and so many of them compared.
 _NUM_DRAWN, _MOST_CELLS, _NUM_RESTING = 32, 16, 16
 _NUM_FOOTHOLDS = 32
-# What does not have to be turned over is left as it stands.
-_TURN_WEIGHT = 0.08
-# What no arm reaches comes after all that one does.
-_OUT_OF_REACH = 1.0
-_STEADY_TILT_RAD = math.radians(8.0)
-_HAIR = 3e-4
 _NOT_CARRIED = 0.4
 _NEAR_START = 0.25
 _NEAR_START_RAD = math.radians(20.0)
-_SAME_HEIGHT = 0.004
-_SAME_TILT_RAD = 0.05
-
-PosePair = tuple[Pose, Pose]
-
-
-@dataclass(frozen=True, eq=False)
-class Candidate:
-    """A placement that was compared with the demonstration.
-
-    Attributes:
-        poses: world_from_object of base and relative.
-        distance: under the metric, over one heading.
-        cost: distance and penalties; smaller is better.
-        manner: in which the pair rests; None for poses that were not placed by a rule.
-        proposal: it came from, on the table; None likewise.
-    """
-
-    poses: PosePair
-    distance: float
-    cost: float
-    manner: Manner | None = None
-    proposal: Proposal | None = None
 
 
 class PlacementSearch:
@@ -82,6 +46,10 @@ class PlacementSearch:
 
     Only the objects that may move are moved. A base that moves stays above its present place, in
     any orientation in which it rests; a base that alone moves is brought to the relative.
+
+    Attributes:
+        rest: brings candidates to rest.
+        appraisal: what they are worth beside their distance.
     """
 
     def __init__(
@@ -108,19 +76,14 @@ class PlacementSearch:
             stages: where the time of embedding is counted.
             keep_going: asked before each proposal; False ends the search.
         """
-        self._arrangement = arrangement
-        # Measured once: search, ranking and checks ask for them again.
-        self._arrangements: dict[Proposal, Arrangement] = {}
-        self._grounds: dict[Proposal, Ground | None] = {}
         self._stages, self._keep_going = stages or Stages(), keep_going
+        self._objective, self._options, self._movable = objective, options, movable
         self._reaching = Reaching(test, objective.shapes, movable, options)
-        self._test, self._objective, self._tabletop = test, objective, tabletop
-        self._movable, self._options = movable, options
+        self._targets = Targets(test, tabletop, movable)
+        self.rest = Rest(self._targets)
+        self.appraisal = Appraisal(self._targets, self._reaching, options, arrangement)
         self._rng = np.random.default_rng(options.seed)
-        base, relative = (
-            tabletop.placed(role, item.world_from_object) for role, item in enumerate(test.objects)
-        )
-        self._now = (base, relative)
+        base, relative = self._targets.now
         bases = [base]
         if movable[0]:
             bases = standing_bases(base, upright=options.keep_upright)
@@ -169,7 +132,7 @@ class PlacementSearch:
         candidates = []
         for manner in Manner:
             kinds = [idx for idx, cell in enumerate(cells) if cell.manner is manner]
-            settled = self.settled(Candidate(poses, np.inf, np.inf, manner), exact=False)
+            settled = self.rest.settled(Candidate(poses, np.inf, np.inf, manner), exact=False)
             if not kinds or settled is None or settled.proposal is None:
                 continue
             if settled.poses[1].is_close(
@@ -196,18 +159,11 @@ class PlacementSearch:
         )
         drawn += self._while_wanted(self._on_footholds())
         at_rest = [proposal for proposal in drawn if proposal is not None]
-        if self._arrangement is not None:
-            wanted = self._arrangement
-            at_rest.sort(key=lambda p: arrangement_difference(self._arranged(p), wanted))
+        at_rest.sort(key=self.appraisal.difference)
         return self._compared(at_rest[:_NUM_RESTING])
 
-    @property
-    def needs_foothold(self) -> bool:
-        """Whether the relative is to be carried by the base alone, as far as that is known."""
-        return self._arrangement is None or rests_on_other(self._arrangement)
-
     def _on_footholds(self) -> Iterator[Proposal]:
-        if self.needs_foothold:
+        if self.appraisal.needs_foothold:
             yield from self._proposer.on_footholds(_NUM_FOOTHOLDS)
 
     def _repeated(self, cells: Sequence[int]) -> list[int]:
@@ -235,72 +191,10 @@ class PlacementSearch:
         """What is drawn until a stop: a chunk may take longer than a caller waits after one."""
         return list(itertools.takewhile(lambda _: self._keep_going(), drawn))
 
-    def settled(self, candidate: Candidate, *, exact: bool = True) -> Candidate | None:
-        """The candidate brought to rest in its manner; its distance is not measured again.
-
-        Args:
-            candidate: nearly at rest.
-            exact: with all points of contact rather than with a quarter of them.
-
-        Returns:
-            None when it cannot rest in that manner.
-        """
-        base, relative = (
-            self._tabletop.placed(role, pose) for role, pose in enumerate(candidate.poses)
-        )
-        if self._movable[0]:
-            base = base.on_table()
-        if not exact:
-            base, relative = base.coarse(), relative.coarse()
-        manners = (candidate.manner,) if candidate.manner else (Manner.LOWERED, Manner.DROPPED)
-        for manner in manners:
-            placed = settle(manner, relative, base)
-            if placed is not None:
-                break
-        else:
-            return None
-        if exact and manner is Manner.DROPPED:
-            placed = tipped(relative, base) or tipped(placed, base) or placed
-        cell = candidate.proposal.cell if candidate.proposal else 0
-        proposal = Proposal(base, placed, manner, cell)
-        poses = self._poses(proposal)
-        if poses is None:
-            return None
-        return Candidate(poses, candidate.distance, candidate.cost, manner, proposal)
-
-    def stays(self, candidate: Candidate, *, tilt_rad: float = TABLE_TILT_RAD) -> bool:
-        """Whether friction holds a placed candidate where it is, on a table tilted so far."""
-        if candidate.proposal is None:
-            return False
-        base, relative = candidate.proposal.base, candidate.proposal.relative
-        if all(self._movable):
-            return rest_together(base, relative, tilt_rad=tilt_rad)
-        return rests(relative, base, tilt_rad=tilt_rad) and (
-            not self._movable[0] or rests(base, relative, tilt_rad=tilt_rad)
-        )
-
-    def is_steady(self, candidate: Candidate) -> bool:
-        """Whether it stays on a table that is tilted more, and does not roll there."""
-        if not self.stays(candidate, tilt_rad=_STEADY_TILT_RAD):
-            return False
-        ground = self._ground(candidate)
-        return ground is None or ground.roll_rad(TABLE_TILT_RAD) <= MAX_ROLL_RAD
-
     def doubt(self, candidate: Candidate) -> float:
         """How little a placement that may not stay is worth as an attempt, beside its distance."""
-        ground = self._ground(candidate)
-        is_carried = ground is None or ground.roll_rad(0.0) <= MAX_ROLL_RAD
-        return self.manner_penalty(candidate) + (0.0 if is_carried else _NOT_CARRIED)
-
-    def _ground(self, candidate: Candidate) -> Ground | None:
-        """What is below something that was let down; None for what rests in other manners."""
-        if candidate.proposal is None or candidate.manner is not Manner.DROPPED:
-            return None
-        proposal = candidate.proposal
-        if proposal not in self._grounds:
-            raised = proposal.relative.moved(_HAIR * UP)
-            self._grounds[proposal] = Ground.below(raised, proposal.base)
-        return self._grounds[proposal]
+        rolls = self.rest.rolls(candidate)
+        return self.appraisal.penalty(candidate) + (_NOT_CARRIED if rolls else 0.0)
 
     def measured(self, candidates: Sequence[Candidate]) -> list[Candidate]:
         """The same placements with their distances and costs."""
@@ -311,47 +205,12 @@ class PlacementSearch:
             Candidate(
                 c.poses,
                 float(distance),
-                float(cost) + self.manner_penalty(c),
+                float(cost) + self.appraisal.penalty(c),
                 c.manner,
                 c.proposal,
             )
             for c, distance, cost in zip(candidates, batch.distances, batch.costs, strict=True)
         ]
-
-    def manner_penalty(self, candidate: Candidate) -> float:
-        """For another arrangement than the demonstration's, turning things over, and reach."""
-        if candidate.proposal is None:
-            return 0.0
-        now, proposal = self._now, candidate.proposal
-        penalty = _TURN_WEIGHT * (
-            turned_over(now[0], proposal.base) + turned_over(now[1], proposal.relative)
-        )
-        if self._options.arm is not None and not self._reaching.reaches(candidate.poses):
-            penalty += _OUT_OF_REACH
-        if self._arrangement is not None and self._options.layout_weight > 0.0:
-            difference = arrangement_difference(self._arranged(proposal), self._arrangement)
-            penalty += self._options.layout_weight * difference
-        return penalty
-
-    def is_alike(self, candidate: Candidate) -> bool:
-        """Whether its arrangement is the demonstration's, as far as that is known."""
-        if candidate.proposal is None or self._arrangement is None:
-            return True
-        return is_alike(self._arranged(candidate.proposal), self._arrangement)
-
-    def _arranged(self, proposal: Proposal) -> Arrangement:
-        if proposal not in self._arrangements:
-            self._arrangements[proposal] = self._arrangement_of(proposal)
-        return self._arrangements[proposal]
-
-    def _arrangement_of(self, proposal: Proposal) -> Arrangement:
-        base, relative = (
-            replace(placed, body=solid.body)
-            for placed, solid in zip(
-                (proposal.base, proposal.relative), self._tabletop.solids, strict=True
-            )
-        )
-        return Arrangement.of(base, relative)
 
     def refined(self, batch: PoseBatch, starts: Sequence[Candidate]) -> list[Candidate]:
         """What became of starts in the optimiser, brought to rest in the starts' manners."""
@@ -365,7 +224,7 @@ class PlacementSearch:
             )
             for row, start in enumerate(starts)
         ]
-        settled = [self.settled(candidate, exact=False) for candidate in moved]
+        settled = [self.rest.settled(candidate, exact=False) for candidate in moved]
         return self.measured([candidate for candidate in settled if candidate is not None])
 
     def tensors(self, candidate: Candidate) -> tuple[Tensor, Tensor]:
@@ -382,8 +241,10 @@ class PlacementSearch:
             return evaluate(self._objective, rotations, translations, at_rest=True)
 
     def _compared(self, proposals: Sequence[Proposal | None]) -> list[Candidate]:
-        in_reach = [self._reaching.turned(p, self._poses) for p in proposals if p is not None]
-        placed = [(p, self._poses(p)) for p in in_reach]
+        in_reach = [
+            self._reaching.turned(p, self._targets.poses) for p in proposals if p is not None
+        ]
+        placed = [(p, self._targets.poses(p)) for p in in_reach]
         usable = [
             Candidate(poses, np.inf, np.inf, proposal.manner, proposal)
             for proposal, poses in placed
@@ -400,29 +261,3 @@ class PlacementSearch:
             if self._movable[role]
         ]
         return max(depths) <= MAX_PENETRATION
-
-    def _poses(self, proposal: Proposal) -> PosePair | None:
-        """World poses; None when a relative that must not move would have to."""
-        base, relative = proposal.base, proposal.relative
-        if not self._movable[1]:
-            now = self._now[1]
-            turn = now.rotation @ relative.rotation.T
-            height = float(now.translation[2] - relative.translation[2])
-            if tilt_angle_rad(turn) > _SAME_TILT_RAD or abs(height) > _SAME_HEIGHT:
-                return None
-            yaw = about_z(float(np.arctan2(turn[1, 0], turn[0, 0])))
-            shift = now.translation - yaw @ relative.translation
-            moved = Placed(base.body, yaw @ base.rotation, yaw @ base.translation + shift)
-            return self._tabletop.pose(0, moved.on_table()), self._test.relative.world_from_object
-        base_pose = self._test.base.world_from_object
-        if self._movable[0]:
-            base_pose = self._tabletop.pose(0, base)
-        return base_pose, self._tabletop.pose(1, relative)
-
-
-def standing_bases(base: Placed, *, upright: bool) -> list[Placed]:
-    """The base on the table at its place, in the ways in which it rests."""
-    orientations = resting_orientations(base.body, base.rotation)
-    orientations = orientations[:1] if upright else orientations
-    level = base.translation * [1.0, 1.0, 0.0]
-    return [Placed(base.body, rotation, level).on_table() for rotation in orientations]

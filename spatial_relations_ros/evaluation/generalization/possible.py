@@ -28,9 +28,8 @@ from spatial_relations_ros.evaluation.generalization.cases import BOTH, Case
 from spatial_relations_ros.evaluation.generalization.experiments import Plan, make_experiments
 from spatial_relations_ros.evaluation.generalization.outcome import judge_attempt
 from spatial_relations_ros.imitation.arrangement import demonstrated_arrangement, is_alike
-from spatial_relations_ros.imitation.orientations import resting_orientations
+from spatial_relations_ros.imitation.orientations import resting_orientations, standing_bases
 from spatial_relations_ros.imitation.proposals import Proposal, Proposer
-from spatial_relations_ros.imitation.search import standing_bases
 from spatial_relations_ros.imitation.shape import shape_of
 from spatial_relations_ros.imitation.tabletop import Tabletop
 from spatial_relations_ros.placement.arrangement import Arrangement
