@@ -7,6 +7,7 @@ from dataclasses import replace
 from spatial_relations_ros.imitation.arrangement import (
     arrangement_difference,
     is_alike,
+    leans,
     rests_on_other,
 )
 from spatial_relations_ros.imitation.candidates import Candidate
@@ -19,6 +20,9 @@ from spatial_relations_ros.placement.arrangement import Arrangement
 
 # What does not have to be turned over is left as it stands.
 _TURN_WEIGHT = 0.08
+# Where nothing leans a person wants that all the more of what shows the relation as well: a mug on
+# its side on a tray resembles a squat cup on a plate.
+_NEEDLESS_TURN_WEIGHT = 0.8
 # What no arm reaches comes after all that one does.
 _OUT_OF_REACH = 1.0
 
@@ -56,13 +60,29 @@ class Appraisal:
             return 0.0
         now, proposal = self._targets.now, candidate.proposal
         penalty = _TURN_WEIGHT * (
-            turned_over(now[0], proposal.base) + turned_over(now[1], proposal.relative)
+            turned_over(now[0].rotation, proposal.base.rotation)
+            + turned_over(now[1].rotation, proposal.relative.rotation)
         )
         if self._options.arm is not None and not self._reaching.reaches(candidate.poses):
             penalty += _OUT_OF_REACH
         if self._options.layout_weight > 0.0:
             penalty += self._options.layout_weight * self.difference(proposal)
         return penalty
+
+    def needless_turn(self, candidate: Candidate) -> float:
+        """What counts further against an answer whose relative was turned over.
+
+        Not while searching: what is rugged may show the relation no other way.
+        """
+        if candidate.proposal is None or not self.is_level:
+            return 0.0
+        now = self._targets.now[1].rotation
+        return _NEEDLESS_TURN_WEIGHT * turned_over(now, candidate.proposal.relative.rotation)
+
+    @property
+    def is_level(self) -> bool:
+        """Whether nothing leans in the demonstration, as far as that is known."""
+        return self._wanted is not None and not leans(self._wanted)
 
     def difference(self, proposal: Proposal) -> float:
         """How unlike the demonstration's arrangement its own is; 0 where that is not known."""

@@ -52,9 +52,14 @@ def is_alike(got: Arrangement, wanted: Arrangement) -> bool:
     return max(_differences(got, wanted)) <= 1.0
 
 
+def leans(arrangement: Arrangement) -> bool:
+    """Whether the relative is tilted."""
+    return arrangement.lean_rad > _LEANS_RAD
+
+
 def rests_on_other(arrangement: Arrangement) -> bool:
     """Whether the relative is carried by the base alone, level."""
-    return arrangement.foot >= _STANDS and arrangement.lean_rad <= _LEANS_RAD
+    return arrangement.foot >= _STANDS and not leans(arrangement)
 
 
 def _differences(got: Arrangement, wanted: Arrangement) -> tuple[float, ...]:
@@ -64,7 +69,7 @@ def _differences(got: Arrangement, wanted: Arrangement) -> tuple[float, ...]:
     if wanted.sunk >= _IN_HOLLOW:
         return lean, sunk
     stands = abs(float(got.foot < _STANDS) - float(wanted.foot < _STANDS)) * _AT_MOST
-    if wanted.lean_rad > _LEANS_RAD or wanted.foot < _STANDS:
+    if leans(wanted) or wanted.foot < _STANDS:
         return lean, sunk, stands, abs(got.foot - wanted.foot) / _HEIGHT
     seat = abs(got.seat - wanted.seat) / _HEIGHT
     edge = abs(_edge(got) - _edge(wanted))

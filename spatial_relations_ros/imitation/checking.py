@@ -86,12 +86,15 @@ class Checker:
     def _answer(self, exact: Candidate) -> ImitationAnswer:
         """Of a candidate that stays."""
         (answer,) = self._maker.answers(*self._search.tensors(exact))
+        extra = self._appraisal.penalty(exact)
+        if self._maker.is_success(answer):
+            extra += self._appraisal.needless_turn(exact)
         return self._maker.handicapped(
             answer,
             # What else there is to choose from decides whether that matters.
             steady=self._progress.stopped or self._rest.is_steady(exact),
             alike=self._appraisal.is_alike(exact),
-            extra=self._appraisal.penalty(exact),
+            extra=extra,
         )
 
     def _attempt(self, exact: Candidate) -> ImitationAnswer:

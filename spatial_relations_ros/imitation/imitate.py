@@ -17,6 +17,7 @@ from spatial_relations_ros.imitation.arrangement import (
 )
 from spatial_relations_ros.imitation.candidates import Candidate, unlike
 from spatial_relations_ros.imitation.checking import Checker
+from spatial_relations_ros.imitation.lean import stands_as_before
 from spatial_relations_ros.imitation.objective_setup import make_objective
 from spatial_relations_ros.imitation.options import ROLES, ImitationOptions
 from spatial_relations_ros.imitation.pose_optimizer import PoseBatch, evaluate, refine
@@ -135,6 +136,7 @@ class _Imitation:
             if (is_sure and progress.is_clear) or not progress.keep_going():
                 break
             self._look_on(search, found, checker)
+        self._leave_standing(search, found, checker)
         is_success = progress.is_success and progress.best.alike
         if not is_success and progress.keep_going():
             # What stays and is arranged alike is a better attempt than what is near and falls.
@@ -153,6 +155,26 @@ class _Imitation:
         self.progress.note(found)
         # What came to rest and is arranged alike comes before what is nearer and may fall.
         checker.check([c for c in rested if search.appraisal.is_alike(c)] or found)
+
+    def _leave_standing(
+        self, search: PlacementSearch, found: list[Candidate], checker: Checker
+    ) -> None:
+        """Looks for answers that leave the relative as it stands where the best one does not."""
+        relative = self.progress.best.placements[1]
+        turn = relative.current.rotation, relative.target.rotation
+        if not (self.progress.is_success and search.appraisal.is_level) or stands_as_before(*turn):
+            return
+
+        def fits(candidate: Candidate) -> bool:
+            stands = stands_as_before(turn[0], candidate.poses[1].rotation)
+            return stands and search.appraisal.is_alike(candidate)
+
+        standing = list(filter(fits, found))
+        if standing and self.progress.keep_going():
+            with self.stages.timed(PROPOSALS):
+                standing += filter(fits, search.more(standing))
+            self.progress.note(standing)
+            checker.check(standing, farthest=1.0)
 
     def _near_start(self, search: PlacementSearch, checker: Checker) -> list[Candidate]:
         """What is found near the poses to begin with; it is checked. Empty without such poses."""
