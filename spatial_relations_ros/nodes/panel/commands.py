@@ -11,6 +11,8 @@ from spatial_relations_ros.core import SpatialRelationsError
 
 MAX_NAME_LENGTH = 200
 MAX_ANSWERS = 10
+# Of a request, seconds.
+MAX_TIME_BUDGET_SEC = 600.0
 MOVABLE = ('relative', 'base', 'both')
 
 
@@ -35,6 +37,7 @@ class ImitateCommand:
         movable_ids: which of these may move.
         num_answers: at most so many.
         keep_heading: also keep the demonstration's direction.
+        time_budget_sec: that it may take; 0 for the node's own.
     """
 
     reference_ids: tuple[str, ...]
@@ -43,6 +46,7 @@ class ImitateCommand:
     movable_ids: tuple[str, ...]
     num_answers: int
     keep_heading: bool
+    time_budget_sec: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -109,8 +113,21 @@ def _imitate(given: Mapping[str, Any]) -> ImitateCommand:
         raise CommandError(f'answers: expected 1 to {MAX_ANSWERS}')
     movable_ids = {'base': test_ids[:1], 'relative': test_ids[1:], 'both': test_ids}[movable]
     return ImitateCommand(
-        reference_ids, name, test_ids, movable_ids, num_answers, _flag(given, 'keep_heading')
+        reference_ids,
+        name,
+        test_ids,
+        movable_ids,
+        num_answers,
+        _flag(given, 'keep_heading'),
+        _time_budget(given),
     )
+
+
+def _time_budget(given: Mapping[str, Any]) -> float:
+    seconds = given.get('time_budget', 0)
+    if type(seconds) not in (int, float) or not 0.0 <= seconds <= MAX_TIME_BUDGET_SEC:
+        raise CommandError(f'time_budget: expected seconds, 0 to {MAX_TIME_BUDGET_SEC:g}')
+    return float(seconds)
 
 
 def _cancel(_: Mapping[str, Any]) -> CancelCommand:

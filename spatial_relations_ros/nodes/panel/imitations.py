@@ -115,6 +115,7 @@ class Imitations:
             test_ids=list(command.test_ids),
             movable_ids=list(command.movable_ids),
             num_answers=command.num_answers,
+            time_budget=command.time_budget_sec,
             keep_heading=command.keep_heading,
         )
         result = self._goals.result(goal, self._on_feedback)

@@ -102,6 +102,17 @@ def test_imitate_is_pressed_and_the_answer_shown(page: Browser, session: DemoSes
     assert session.imitations[-1].targets[1].object_id == session.test_ids[1]
 
 
+def test_the_time_that_it_may_take_reaches_the_node(page: Browser, session: DemoSession) -> None:
+    choose(page, 'reference', session.reference_ids)
+    choose(page, 'test', session.test_ids)
+    page.type('#time-budget', '0.001')
+    imitate(page)
+    assert len(page.run('return state.result.history')) == 1, 'the scene as it stands alone'
+    page.type('#time-budget', '60')
+    imitate(page)
+    assert len(page.run('return state.result.history')) > 1
+
+
 def test_a_relation_is_remembered_listed_and_imitated_from(
     page: Browser, session: DemoSession
 ) -> None:

@@ -36,6 +36,7 @@ def test_commands_are_read() -> None:
     assert read(**named, movable='both', answers=3, keep_heading=True) == ImitateCommand(
         (), 'shown', ('tray', 'mug'), ('tray', 'mug'), 3, True
     )
+    assert read(**named, time_budget=2).time_budget_sec == 2.0
     assert read(id=3, type='cancel') == CancelCommand()
     remembered = read(id=4, type='remember', name='x', objects=['a', 'b'])
     assert remembered == RememberCommand('x', ('a', 'b'), replace=False)
@@ -60,6 +61,9 @@ def test_commands_are_read() -> None:
         ({'movable': {}}, 'movable: expected'),
         ({'answers': 0}, 'answers: expected 1 to 10'),
         ({'answers': 1.5}, 'answers: expected'),
+        ({'time_budget': -1}, 'time_budget: expected seconds, 0 to 600'),
+        ({'time_budget': float('nan')}, 'time_budget: expected'),
+        ({'time_budget': True}, 'time_budget: expected'),
         ({'keep_heading': 1}, 'true or false'),
     ],
 )

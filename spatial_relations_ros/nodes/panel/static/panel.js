@@ -300,6 +300,7 @@ byId('ask').addEventListener('submit', async (event) => {
   const reply = await ask({
     type: 'imitate', ...(named ? { reference_name: named } : { reference: pairOf('reference') }), test: pairOf('test'),
     movable: byId('movable').value, answers: Number(byId('answers-wanted').value), keep_heading: byId('keep-heading').checked,
+    time_budget: Number(byId('time-budget').value),
   });
   if (!reply.ok) say('said', reply.message, true);
 });
