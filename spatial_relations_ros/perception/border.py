@@ -96,7 +96,6 @@ class FrameResult:
         states: object id -> how far its tracked pose is believed; empty when there is a problem
             with the whole frame.
         problem: why the whole frame cannot be used, or None.
-        num_points: number of finite points of the cloud.
         table_height: world z of the plane that the objects stand on, metres; None if none is seen.
         obstacles: (N, 3) world points above the table that belong to no object; None when they
             were not asked for.
@@ -108,7 +107,6 @@ class FrameResult:
     rejected: Mapping[str, str] = field(default_factory=dict)
     states: Mapping[str, TrackStatus] = field(default_factory=dict)
     problem: str | None = None
-    num_points: int = 0
     table_height: float | None = None
     obstacles: NDArray[np.float32] | None = None
 

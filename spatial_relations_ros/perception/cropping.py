@@ -59,7 +59,7 @@ def points_near(
             slice(max(int(rows.min()), 0), max(int(rows.max()) + 1, 0)),
             slice(max(int(columns.min()), 0), max(int(columns.max()) + 1, 0)),
         )
-        points = cloud.xyz[window][cloud.finite[window]]
+        points = cloud.window(*window).points
     else:
         points = cloud.points
     offsets = points - centre.astype(np.float32)

@@ -136,7 +136,7 @@ class PoseRefiner:
             slice(max(int(rows.min()) - margin, 0), max(int(rows.max()) + margin + 1, 0)),
             slice(max(int(columns.min()) - margin, 0), max(int(columns.max()) + margin + 1, 0)),
         )
-        world_points = view.to_world(view.cloud.xyz[window][view.cloud.finite[window]])
+        world_points = view.to_world(view.cloud.window(*window).points)
         if view.table is not None:
             world_points = world_points[view.table.heights(world_points) > TABLE_MARGIN]
         points = pose.inverse().apply(world_points)

@@ -106,8 +106,7 @@ class ScenePerception:
         result with its reason.
         """
         faults = self._remember(frame)
-        num_points = frame.cloud.num_finite
-        if num_points == 0:
+        if frame.cloud.is_empty:
             return self._unusable(
                 frame, f'no finite points in the cloud of {frame.cloud.num_total}'
             )
@@ -135,7 +134,6 @@ class ScenePerception:
             objects=objects,
             rejected=unread | rejected,
             states=states,
-            num_points=num_points,
             table_height=table_height(table, poses, thin_points),
             obstacles=obstacles(
                 thin_points,
@@ -180,7 +178,6 @@ class ScenePerception:
             frame_id=self.config.world_frame,
             rejected=dict.fromkeys(object_ids, problem),
             problem=problem,
-            num_points=frame.cloud.num_finite,
         )
 
     def _poses(

@@ -38,9 +38,19 @@ def table_around(
         low, high = centres.min(axis=0) - config.table_reach, centres.max(0) + config.table_reach
         # Not much above them: a pose may be wrong and inside of the table.
         high[2] = centres[:, 2].max() + ABOVE_OBJECTS
-        inside = ((thin_points >= low) & (thin_points <= high)).all(axis=1)
-        thin_points = thin_points[inside]
+        thin_points = thin_points[within(thin_points, low, high)]
     return find_table(thin_points, np.random.default_rng(config.seed))
+
+
+def within(
+    points: NDArray[np.float64], low: NDArray[np.float64], high: NDArray[np.float64]
+) -> NDArray[np.bool_]:
+    """Which points (N, 3) are in a box."""
+    inside = np.ones(len(points), dtype=np.bool_)
+    for axis in range(3):  # a tenth of the time that it takes to compare and reduce whole rows
+        column = points[:, axis]
+        inside &= (column >= low[axis]) & (column <= high[axis])
+    return inside
 
 
 def table_height(

@@ -136,6 +136,20 @@ def test_filters_nan_and_infinity_although_the_cloud_claims_to_be_dense():
     np.testing.assert_array_equal(read.points, [[0, 0, 0]])
 
 
+def test_one_finite_point_anywhere_is_enough_for_a_cloud():
+    xyz = np.full((40, 50, 3), np.nan, dtype=np.float32)
+    assert PointCloud(xyz).is_empty
+    for row, column in ((0, 0), (39, 49), (17, 3)):
+        seen = xyz.copy()
+        seen[row, column] = 1.0
+        assert not PointCloud(seen).is_empty
+        assert PointCloud(seen).num_finite == 1
+        window = PointCloud(seen).window(slice(row, 40), slice(column, 50))
+        np.testing.assert_array_equal(window.points, [[1.0, 1.0, 1.0]])
+    seen[:, :, 1] = np.inf
+    assert PointCloud(seen).is_empty
+
+
 def test_all_nan_is_an_empty_cloud_with_a_count():
     nan = np.full((2, 3, 4), np.nan, dtype='<f4')
     read = read_xyz(message(row_step=48, data=nan.tobytes()))

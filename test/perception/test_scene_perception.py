@@ -35,7 +35,6 @@ def test_known_objects_are_put_in_the_world_and_confirmed(tabletop):
         assert item.support > 0.9
     assert result.stamp_ns == STAMP_NS
     assert result.frame_id == 'world'
-    assert result.num_points == tabletop.cloud.num_finite
 
 
 def test_the_table_is_found_and_not_the_larger_floor(tabletop):
@@ -92,7 +91,6 @@ def test_a_cloud_without_finite_points_gives_no_objects_but_a_reason(tabletop):
     assert result.objects == {}
     assert result.problem == 'no finite points in the cloud of 217088'
     assert result.rejected['base'] == result.problem
-    assert result.num_points == 0
 
 
 def test_a_cloud_of_an_unknown_frame_gives_no_objects_but_a_reason(tabletop):
