@@ -29,6 +29,8 @@ def publish_bag(bags: Sequence[Path], *, rate: float, loop: bool, clock: bool) -
         )
     command = [str(executable_path('play_bag')), str(bags[0]), '--rate', str(rate)]
     command += [flag for flag, is_on in (('--loop', loop), ('--clock', clock)) if is_on]
+    # Ended from outside it still ends that process.
+    signal.signal(signal.SIGTERM, signal.default_int_handler)
     with subprocess.Popen(command) as process:
         while True:
             try:

@@ -31,6 +31,8 @@ def run_live_bench(arguments: Sequence[str]) -> int:
         sys.executable, '-m', 'spatial_relations_ros.nodes.live_bench', *arguments,
         '--provenance', json.dumps(provenance()),
     ]  # fmt: skip
+    # Ended from outside it still ends that process.
+    signal.signal(signal.SIGTERM, signal.default_int_handler)
     with subprocess.Popen(command) as process:
         try:
             return process.wait()

@@ -15,7 +15,6 @@ import sys
 import time
 from collections.abc import Sequence
 from pathlib import Path
-from types import FrameType
 
 from rich.console import Console
 
@@ -197,10 +196,6 @@ def _clear(out: Path) -> None:
     shutil.rmtree(out / 'log', ignore_errors=True)
 
 
-def _on_termination(_: int, __: FrameType | None) -> None:
-    raise KeyboardInterrupt
-
-
 def main(arguments: Sequence[str] | None = None) -> int:
     """Runs the demonstration; returns the exit code."""
     parser = argparse.ArgumentParser(description='Replays the recorded bag and imitates.')
@@ -209,7 +204,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument('--weights', default='', help='weights file; those shipped by default')
     args = parser.parse_args(arguments)
     # Ended from outside it still ends its nodes.
-    signal.signal(signal.SIGTERM, _on_termination)
+    signal.signal(signal.SIGTERM, signal.default_int_handler)
     console = Console()
     try:
         plan = read_demo_plan(args.bags / 'demo.yaml')

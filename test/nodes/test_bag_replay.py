@@ -141,6 +141,22 @@ def test_the_command_publishes_a_bag_with_its_times(graph: Graph, plan: DemoPlan
     assert first_ns - slack_ns <= min(clock) <= max(clock) <= last_ns + slack_ns
 
 
+def test_a_termination_of_the_command_ends_its_player(graph: Graph, plan: DemoPlan) -> None:
+    def count() -> int:
+        return graph.node.count_publishers(plan.points_topic)
+
+    before = count()
+    command = relations(plan.bag, '--publish', '--loop')
+    with subprocess.Popen(command, stdout=subprocess.DEVNULL) as process:
+        try:
+            graph.wait(lambda: count() > before, 'the player', START_SEC)
+            process.terminate()
+            assert process.wait(60.0) == 0
+        finally:
+            process.kill()
+    graph.wait(lambda: count() == before, 'the end of the player')
+
+
 # The shipped bag is of mcap, compressed.
 STORAGES = {
     'mcap': (StoragePlugin.MCAP, None),

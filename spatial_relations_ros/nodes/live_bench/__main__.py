@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import json
 import os
+import signal
 import sys
 import tempfile
 from collections.abc import Sequence
@@ -51,6 +52,8 @@ def _parser() -> argparse.ArgumentParser:
 def main(arguments: Sequence[str] | None = None) -> int:
     """Measures; exit code 0 when nothing was lost, 1 when clouds or scenes were, 2 otherwise."""
     args = _parser().parse_args(arguments)
+    # Ended from outside it still ends its nodes.
+    signal.signal(signal.SIGTERM, signal.default_int_handler)
     options = LiveOptions(
         duration_sec=args.duration if args.minutes is None else 60.0 * args.minutes,
         rate=args.rate,
