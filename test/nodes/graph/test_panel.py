@@ -44,6 +44,11 @@ def choose(page: Browser, name: str, object_ids: list[str]) -> None:
         page.choose(f'#{name}-{role}', object_id)
 
 
+def unexpected(page: Browser) -> list[str]:
+    """What the console says beside that nobody is there."""
+    return [text for text in page.console() if 'ERR_CONNECTION_REFUSED' not in text]
+
+
 def imitate(page: Browser) -> None:
     count = page.run('return Number(document.body.dataset.result || 0)')
     page.click('#imitate')
@@ -192,6 +197,26 @@ def test_it_fits_windows_and_themes(
     assert unnamed == [], 'everything that can be used has a name for screen readers'
 
 
+def test_a_killed_panel_is_well_again_when_it_is_started(
+    page: Browser, session: DemoSession, address: str
+) -> None:
+    graph = session.graph
+    process = graph.processes.process('panel_node')
+    process.kill()
+    process.wait(60.0)
+    page.wait("document.body.dataset.connection === 'lost'", 'the loss')
+    port = int(re.search(r':(\d+)/', address)[1])
+    models = str(session.plan.models_path)
+    graph.processes.start('panel_node', parameters={'port': port, 'models_path': models})
+    page.wait("document.body.dataset.connection === 'connected'", 'the new panel', START_SEC)
+    page.wait("document.querySelectorAll('#objects tbody tr').length >= 7", 'the objects')
+    choose(page, 'reference', session.reference_ids)
+    choose(page, 'test', session.test_ids)
+    imitate(page)
+    assert page.find('#verdict b').text in ('imitated', 'not imitated')
+    assert unexpected(page) == []
+
+
 def test_it_survives_the_end_of_the_panel_and_of_other_nodes(
     page: Browser, session: DemoSession, address: str
 ) -> None:
@@ -223,5 +248,4 @@ def test_it_survives_the_end_of_the_panel_and_of_other_nodes(
         "document.querySelector('#relations-said').innerText.includes('no metric node')",
         'what is wrong with the memory',
     )
-    refused = [text for text in page.console() if 'ERR_CONNECTION_REFUSED' not in text]
-    assert refused == [], json.dumps(refused)
+    assert unexpected(page) == []
