@@ -66,7 +66,7 @@ class AnswerMaker:
             self._answer(row_poses(batch, row, self.objective.origin), float(batch.distances[row]))
             for row in range(len(batch.costs))
         ]
-        return [self.handicapped(answer, steady=True, alike=True, extra=0.0) for answer in made]
+        return [self.handicapped(answer) for answer in made]
 
     @functools.cached_property
     def _placing(self) -> Placing:
@@ -80,7 +80,7 @@ class AnswerMaker:
         return ImitationAnswer(
             placements=placed.placements,
             distance=distance,
-            confidence=self.objective.confidence(distance),
+            confidence=self.objective.confidence(distance, None),
             feasible=not placed.violations,
             violations=placed.violations,
             order=placed.order,
@@ -96,24 +96,35 @@ class AnswerMaker:
         return pose
 
     def handicapped(
-        self, answer: ImitationAnswer, *, steady: bool, alike: bool, extra: float
+        self,
+        answer: ImitationAnswer,
+        *,
+        steady: bool = True,
+        alike: bool = True,
+        difference: float | None = None,
+        extra: float = 0.0,
     ) -> ImitationAnswer:
-        """The answer with what ranking is to add to its distance.
+        """The answer with what ranking is to add to its distance, and what that says of it.
 
         Args:
             answer: made here.
             steady: whether it stays on a table that is tilted more.
             alike: whether its arrangement is the demonstration's.
+            difference: how far it is from that, if that is known.
             extra: what is known about the placement besides.
         """
         weight, elsewhere = self.options.layout_weight, 0.0
         if weight > 0.0:
             elsewhere = float(self.objective.layout_difference(*self._tensors(answer))[0])
+        if difference is not None:
+            difference += elsewhere
         handicap = self._handicap(answer) + weight * elsewhere + extra
         return dataclasses.replace(
             answer,
             steady=steady,
             alike=alike and elsewhere <= _ANOTHER_PLACE,
+            difference=difference,
+            confidence=self.objective.confidence(answer.distance, difference),
             handicap=handicap + (0.0 if steady else _UNSTEADY_WEIGHT),
         )
 

@@ -66,7 +66,7 @@ class Appraisal:
         if self._options.arm is not None and not self._reaching.reaches(candidate.poses):
             penalty += _OUT_OF_REACH
         if self._options.layout_weight > 0.0:
-            penalty += self._options.layout_weight * self.difference(proposal)
+            penalty += self._options.layout_weight * (self.difference(proposal) or 0.0)
         return penalty
 
     def needless_turn(self, candidate: Candidate) -> float:
@@ -84,10 +84,10 @@ class Appraisal:
         """Whether nothing leans in the demonstration, as far as that is known."""
         return self._wanted is not None and not leans(self._wanted)
 
-    def difference(self, proposal: Proposal) -> float:
-        """How unlike the demonstration's arrangement its own is; 0 where that is not known."""
-        if self._wanted is None:
-            return 0.0
+    def difference(self, proposal: Proposal | None) -> float | None:
+        """How unlike the demonstration's arrangement its own is; None where that is not known."""
+        if proposal is None or self._wanted is None:
+            return None
         return arrangement_difference(self._arranged(proposal), self._wanted)
 
     def is_alike(self, candidate: Candidate) -> bool:

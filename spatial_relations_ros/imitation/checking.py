@@ -94,6 +94,7 @@ class Checker:
             # What else there is to choose from decides whether that matters.
             steady=self._progress.stopped or self._rest.is_steady(exact),
             alike=self._appraisal.is_alike(exact),
+            difference=self._appraisal.difference(exact.proposal),
             extra=extra,
         )
 
@@ -102,8 +103,8 @@ class Checker:
         (answer,) = self._maker.answers(*self._search.tensors(exact))
         return self._maker.handicapped(
             answer,
-            steady=True,
             alike=self._appraisal.is_alike(exact),
+            difference=self._appraisal.difference(exact.proposal),
             extra=self._search.doubt(exact),
         )
 

@@ -112,9 +112,12 @@ class _Imitation:
         now, wanted = (demonstrated_arrangement(scene) for scene in (self.test, self.reference))
         if now is None or wanted is None:
             return answer
-        extra = weight * arrangement_difference(now, wanted)
+        difference = arrangement_difference(now, wanted)
         return self.maker.handicapped(
-            answer, steady=True, alike=is_alike(now, wanted), extra=extra
+            answer,
+            alike=is_alike(now, wanted),
+            difference=difference,
+            extra=weight * difference,
         )
 
     def _place(self) -> None:

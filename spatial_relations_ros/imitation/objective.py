@@ -66,13 +66,18 @@ class Objective:
             return _UNCALIBRATED_SIMILAR_DISTANCE
         return _LIKELY_SHARE * calibration.same_relation_distance
 
-    def confidence(self, distance: float) -> float:
-        """Probability that an answer at this distance imitates the demonstration, 0 to 1."""
+    def confidence(self, distance: float, difference: float | None) -> float:
+        """Probability that an answer imitates the demonstration, 0 to 1.
+
+        Args:
+            distance: of it under the metric.
+            difference: of its arrangement and layout from the demonstration's, if that is known.
+        """
         calibration, answers = self.metric.calibration, self.metric.answer_calibration
         if calibration is None:
             return math.exp(-(distance**2))
         same_relation = calibration.same_relation_probability(distance)
-        return same_relation if answers is None else answers.probability(same_relation)
+        return same_relation if answers is None else answers.probability(same_relation, difference)
 
     def distances(self, rotations: Tensor, translations: Tensor, *, headings: int = 1) -> Tensor:
         """Metric distances (K,) of K scenes with poses (K, 2, 3, 3) and (K, 2, 3).

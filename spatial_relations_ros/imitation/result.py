@@ -52,14 +52,17 @@ class ImitationAnswer:
         placements: of base and relative.
         distance: to the demonstration under the metric.
         confidence: probability that the demonstration is imitated, as the judge of the benchmarks
-            would say, by the calibration of answers in the card of the weights; without one, of
-            the same relation by the calibration of the weights, else exp(-distance^2).
+            would say, from distance and difference by the calibration of answers in the card of
+            the weights; without one, of the same relation by the calibration of the weights, else
+            exp(-distance^2).
         feasible: whether nothing is violated.
         violations: what is, in words.
         steady: whether it would stay on a table tilted by 8 degrees too, rather than by 4, and
             not roll there.
         alike: whether offset, lean, overhang and depth are those of the demonstration too; True
             where they are not known, as without meshes.
+        difference: how far those are off together: a half for each that is as far off as another
+            way to show the relation; None where they are not known.
         handicap: what ranking adds to the distance: for another heading, layout or lean than the
             demonstration's, a bare balance, long ways.
         order: how to carry it out, step by step; empty when nothing moves, or when neither object
@@ -74,6 +77,7 @@ class ImitationAnswer:
     order: tuple[Move, ...] = ()
     steady: bool = True
     alike: bool = True
+    difference: float | None = None
     handicap: float = 0.0
 
     def scene(self, test: Scene) -> Scene:

@@ -159,7 +159,7 @@ class PlacementSearch:
         )
         drawn += self._while_wanted(self._on_footholds())
         at_rest = [proposal for proposal in drawn if proposal is not None]
-        at_rest.sort(key=self.appraisal.difference)
+        at_rest.sort(key=lambda proposal: self.appraisal.difference(proposal) or 0.0)
         return self._compared(at_rest[:_NUM_RESTING])
 
     def _on_footholds(self) -> Iterator[Proposal]:

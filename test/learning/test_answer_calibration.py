@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 
 import pytest
 
@@ -20,10 +21,20 @@ def test_log_odds_are_scaled_and_shifted():
     probabilities = [doubting.probability(p) for p in (0.0, 0.1, 0.5, 0.9, 0.999, 1.0)]
     assert probabilities == sorted(probabilities)
     assert all(0.0 < p < 1.0 for p in probabilities)
+    # Odds of 4 to 1 become even ones by what counts as much against it.
+    strict = AnswerCalibration(1.0, 0.0, math.log(4.0), typical=0.5)
+    assert strict.probability(0.8, 1.0) == pytest.approx(0.5)
+    assert strict.probability(0.8) == strict.probability(0.8, 0.5) == pytest.approx(2.0 / 3.0)
 
 
 @pytest.mark.parametrize(
-    'entry', [{'slope': 1.0}, {'slope': 'steep', 'offset': 0.0}, {'slope': -1.0, 'offset': 0.0}]
+    'entry',
+    [
+        {'slope': 1.0},
+        {'slope': 'steep', 'offset': 0.0},
+        {'slope': -1.0, 'offset': 0.0},
+        {'slope': 1.0, 'offset': 0.0, 'doubt': -1.0},
+    ],
 )
 def test_a_card_that_makes_no_sense_is_refused(entry):
     with pytest.raises(WeightsError, match='slope'):

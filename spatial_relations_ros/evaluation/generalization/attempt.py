@@ -18,6 +18,7 @@ class Attempt:
         poses: world_from_object of base and relative; None when it refused to answer.
         claimed: whether it calls itself a success; None where it cannot tell.
         confidence: its own probability of the right relation; None where it has none.
+        difference: how far its arrangement is from the demonstration's, as far as it knows.
         distance, initial_distance: under its own measure, after and before.
         num_steps: optimiser steps, or samples that were compared.
         seconds: wall time.
@@ -34,6 +35,7 @@ class Attempt:
     seconds: float
     cpu_seconds: float
     message: str = ''
+    difference: float | None = None
 
     def scene(self, case: Case) -> Scene:
         """The test scene with the objects where the answer says, unchanged without one."""

@@ -44,17 +44,24 @@ class Answers:
     Attributes:
         experiments: (N,) names.
         same_relation: (N,) the metric's probability of the same relation, by their distances.
+        differences: (N,) of their arrangements from the demonstrations'.
         imitated: (N,) what the judge says.
     """
 
     experiments: NDArray[np.str_]
     same_relation: Array
+    differences: Array
     imitated: NDArray[np.bool_]
 
     def of(self, experiment: str) -> Answers:
         """Those of one experiment."""
         rows = self.experiments == experiment
-        return Answers(self.experiments[rows], self.same_relation[rows], self.imitated[rows])
+        return Answers(
+            self.experiments[rows],
+            self.same_relation[rows],
+            self.differences[rows],
+            self.imitated[rows],
+        )
 
 
 def read_answers(paths: Iterable[Path], metric: RelationMetric) -> Answers:
@@ -67,15 +74,22 @@ def read_answers(paths: Iterable[Path], metric: RelationMetric) -> Answers:
     calibration = metric.calibration
     if calibration is None:
         raise ConfigError('the weights have no calibration of distances; train with --held-out')
-    found: list[tuple[str, float, bool]] = []
+    found: list[tuple[str, float, float, bool]] = []
     for path in paths:
         try:
             report = json.loads(path.read_text())
             model_hash, cases = report['model_hash'], report['cases']
             rows = [
-                (c['experiment'], float(c['distance']), bool(c['imitated']))
+                (
+                    c['experiment'],
+                    float(c['distance']),
+                    float(c['difference']),
+                    bool(c['imitated']),
+                )
                 for c in cases
-                if c['variant'] == OURS and c['confidence'] is not None
+                if c['variant'] == OURS
+                and c['confidence'] is not None
+                and c['difference'] is not None
             ]
         except (OSError, ValueError, KeyError, TypeError) as error:
             raise ConfigError(
@@ -89,16 +103,17 @@ def read_answers(paths: Iterable[Path], metric: RelationMetric) -> Answers:
         found += rows
     if not found:
         raise ConfigError('the reports hold no answers of the default settings')
-    experiments, distances, imitated = zip(*found, strict=True)
+    experiments, distances, differences, imitated = zip(*found, strict=True)
     return Answers(
         np.array(experiments),
         np.array([calibration.same_relation_probability(d) for d in distances]),
+        np.array(differences),
         np.array(imitated),
     )
 
 
 def fit(answers: Answers) -> AnswerCalibration:
-    """Logistic regression of the judge's words on the log odds.
+    """Logistic regression of the judge's words on log odds and differences.
 
     Raises:
         ConfigError: for fewer than 20 answers, or all right or all wrong.
@@ -110,9 +125,19 @@ def fit(answers: Answers) -> AnswerCalibration:
         )
     from sklearn.linear_model import LogisticRegression
 
-    odds = np.array([[log_odds_of(p)] for p in answers.same_relation])
-    regression = LogisticRegression(C=_PENALTY_INVERSE).fit(odds, answers.imitated)
-    return AnswerCalibration(float(regression.coef_[0, 0]), float(regression.intercept_[0]))
+    odds = [log_odds_of(p) for p in answers.same_relation]
+    known = np.column_stack([odds, answers.differences])
+    regression = LogisticRegression(C=_PENALTY_INVERSE).fit(known, answers.imitated)
+    slope, against = regression.coef_[0]
+    if against >= 0.0:  # differences say nothing
+        regression.fit(known[:, :1], answers.imitated)
+        slope, against = regression.coef_[0, 0], 0.0
+    return AnswerCalibration(
+        float(slope),
+        float(regression.intercept_[0]),
+        abs(float(against)),
+        float(np.median(answers.differences)),
+    )
 
 
 def reliability(confidence: Array, imitated: NDArray[np.bool_]) -> dict[str, Any]:
@@ -160,7 +185,8 @@ def measure(answers: Answers, calibration: AnswerCalibration | None) -> dict[str
     for name, group in groups.items():
         report[name] = {'metric': reliability(group.same_relation, group.imitated)}
         if calibration is not None:
-            calibrated = np.array([calibration.probability(p) for p in group.same_relation])
+            pairs = zip(group.same_relation, group.differences, strict=True)
+            calibrated = np.array([calibration.probability(p, d) for p, d in pairs])
             report[name]['calibrated'] = reliability(calibrated, group.imitated)
     return report
 
@@ -197,6 +223,8 @@ def _store(calibration: AnswerCalibration, answers: Answers, path: Path) -> None
     entry = {
         'slope': round(calibration.slope, 4),
         'offset': round(calibration.offset, 4),
+        'doubt': round(calibration.doubt, 4),
+        'typical': round(calibration.typical, 4),
         'num_answers': len(answers.imitated),
         'num_imitated': int(answers.imitated.sum()),
     }

@@ -97,6 +97,7 @@ class Outcome:
             'claimed': attempt.claimed,
             'confidence': attempt.confidence,
             'distance': attempt.distance,
+            'difference': None if attempt.difference is None else round(attempt.difference, 4),
             'initial_distance': attempt.initial_distance,
             'steps': attempt.num_steps,
             'message': attempt.message,

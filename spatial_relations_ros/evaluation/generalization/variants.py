@@ -97,6 +97,7 @@ class Imitator:
             initial_distance=float(result.initial_distance),
             num_steps=int(result.num_steps),
             message=result.message,
+            difference=best.difference,
             **watch.times(),
         )
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import json
 import shutil
 
@@ -24,16 +25,23 @@ from spatial_relations_ros.learning.card import ModelCard
 def answers_that_follow(calibration: AnswerCalibration, count: int, seed: int) -> Answers:
     rng = np.random.default_rng(seed)
     same_relation = rng.beta(4.0, 0.6, count)
-    so = np.array([calibration.probability(p) for p in same_relation])
-    return Answers(np.full(count, 'known'), same_relation, rng.random(count) < so)
+    differences = rng.exponential(0.3, count)
+    so = probabilities(calibration, same_relation, differences)
+    return Answers(np.full(count, 'known'), same_relation, differences, rng.random(count) < so)
+
+
+def probabilities(calibration, same_relation, differences):
+    pairs = zip(same_relation, differences, strict=True)
+    return np.array([calibration.probability(p, d) for p, d in pairs])
 
 
 def test_a_calibration_is_found_again_and_helps_on_other_answers():
-    true = AnswerCalibration(0.7, -1.0)
+    true = AnswerCalibration(0.7, -1.0, 2.0)
     fitted = fit(answers_that_follow(true, 4000, 0))
     assert (fitted.slope, fitted.offset) == pytest.approx((0.7, -1.0), abs=0.15)
+    assert fitted.doubt == pytest.approx(2.0, abs=0.4)
     others = answers_that_follow(true, 2000, 1)
-    calibrated = np.array([fitted.probability(p) for p in others.same_relation])
+    calibrated = probabilities(fitted, others.same_relation, others.differences)
     before = reliability(others.same_relation, others.imitated)
     after = reliability(calibrated, others.imitated)
     assert before['expected_calibration_error'] > 0.1
@@ -49,9 +57,17 @@ def test_the_error_is_the_gap_in_each_bin_by_its_share():
     assert row['brier'] == pytest.approx((0.15**2 + 0.85**2 + 2 * 0.005**2) / 4, abs=1e-4)
 
 
+def test_differences_that_speak_for_an_answer_are_left_out():
+    answers = answers_that_follow(AnswerCalibration(0.7, -1.0), 400, 0)
+    fitted = fit(dataclasses.replace(answers, differences=answers.imitated.astype(float)))
+    assert fitted.doubt == 0.0
+    assert fitted.slope == pytest.approx(0.7, abs=0.3)
+
+
 @pytest.mark.parametrize('num_right', [0, 30])
 def test_answers_of_one_kind_are_no_ground(num_right):
-    answers = Answers(np.full(30, 'known'), np.full(30, 0.9), np.arange(30) < num_right)
+    right = np.arange(30) < num_right
+    answers = Answers(np.full(30, 'known'), np.full(30, 0.9), np.zeros(30), right)
     with pytest.raises(ConfigError, match='right and wrong ones'):
         fit(answers)
 
@@ -60,7 +76,7 @@ def report(model_hash: str) -> str:
     cases = [
         {
             'experiment': 'known', 'variant': 'ours', 'confidence': 0.9,
-            'distance': 0.1 + 0.02 * idx, 'imitated': idx % 4 > 0 or idx < 6,
+            'distance': 0.1 + 0.02 * idx, 'difference': 0.0, 'imitated': idx % 4 > 0 or idx < 6,
         }
         for idx in range(24)
     ]  # fmt: skip
