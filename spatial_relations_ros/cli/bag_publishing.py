@@ -19,6 +19,7 @@ def publish_bag(bags: Sequence[Path], *, rate: float, loop: bool, clock: bool) -
         ConfigError: where ROS or the node is not installed.
     """
     from spatial_relations_ros.core import ConfigError, executable_path
+    from spatial_relations_ros.core.interrupts import interrupt_on_signals
 
     if len(bags) != 1:
         raise typer.BadParameter('--publish takes one bag')
@@ -29,8 +30,7 @@ def publish_bag(bags: Sequence[Path], *, rate: float, loop: bool, clock: bool) -
         )
     command = [str(executable_path('play_bag')), str(bags[0]), '--rate', str(rate)]
     command += [flag for flag, is_on in (('--loop', loop), ('--clock', clock)) if is_on]
-    # Ended from outside it still ends that process.
-    signal.signal(signal.SIGTERM, signal.default_int_handler)
+    interrupt_on_signals()
     with subprocess.Popen(command) as process:
         while True:
             try:

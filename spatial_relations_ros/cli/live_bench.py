@@ -21,6 +21,7 @@ def run_live_bench(arguments: Sequence[str]) -> int:
     """
     from spatial_relations_ros.cli.provenance import provenance
     from spatial_relations_ros.core import ConfigError
+    from spatial_relations_ros.core.interrupts import interrupt_on_signals
 
     if importlib.util.find_spec('rclpy') is None:
         raise ConfigError(
@@ -31,8 +32,7 @@ def run_live_bench(arguments: Sequence[str]) -> int:
         sys.executable, '-m', 'spatial_relations_ros.nodes.live_bench', *arguments,
         '--provenance', json.dumps(provenance()),
     ]  # fmt: skip
-    # Ended from outside it still ends that process.
-    signal.signal(signal.SIGTERM, signal.default_int_handler)
+    interrupt_on_signals()
     with subprocess.Popen(command) as process:
         try:
             return process.wait()

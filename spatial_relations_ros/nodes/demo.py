@@ -10,7 +10,6 @@ from __future__ import annotations
 import argparse
 import os
 import shutil
-import signal
 import sys
 import time
 from collections.abc import Sequence
@@ -19,6 +18,7 @@ from pathlib import Path
 from rich.console import Console
 
 from spatial_relations_ros.core import SpatialRelationsError
+from spatial_relations_ros.core.interrupts import interrupt_on_signals
 from spatial_relations_ros.evaluation.bag_reader import BagReader
 from spatial_relations_ros.learning import load_metric
 from spatial_relations_ros.nodes.bag_player import BagPlayer
@@ -204,7 +204,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument('--weights', default='', help='weights file; those shipped by default')
     args = parser.parse_args(arguments)
     # Ended from outside it still ends its nodes.
-    signal.signal(signal.SIGTERM, signal.default_int_handler)
+    interrupt_on_signals()
     console = Console()
     try:
         plan = read_demo_plan(args.bags / 'demo.yaml')

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import os
 import signal
 import subprocess
 import sys
 import threading
+from contextlib import suppress
 from itertools import islice
 from pathlib import Path
 from typing import Any
@@ -104,6 +106,12 @@ def relations(*arguments: object) -> list[str]:
     return [sys.executable, '-m', 'spatial_relations_ros.cli.main', 'replay', *map(str, arguments)]
 
 
+def kill_all_of(process: subprocess.Popen[Any]) -> None:
+    """What is left of a process in a session of its own, and of those that it started."""
+    with suppress(ProcessLookupError):
+        os.killpg(process.pid, signal.SIGKILL)
+
+
 def test_the_command_publishes_a_bag_with_its_times(graph: Graph, plan: DemoPlan) -> None:
     """Twice as fast, again and again, until it is interrupted; the clock begins anew each time."""
     clock: list[int] = []
@@ -119,8 +127,12 @@ def test_the_command_publishes_a_bag_with_its_times(graph: Graph, plan: DemoPlan
     graph.subscribe(
         TrackedObjectArray, plan.tracked_objects_topic, tracked.append, qos.TRACKED_POSES
     )
-    command = relations(plan.bag, '--publish', '--rate', 8, '--loop', '--clock')
-    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
+    # With SIGINT ignored, as a background job of a script starts it.
+    command = ['sh', '-c', 'trap "" INT; exec "$@"', 'sh']
+    command += relations(plan.bag, '--publish', '--rate', 8, '--loop', '--clock')
+    with subprocess.Popen(
+        command, stdout=subprocess.PIPE, text=True, start_new_session=True
+    ) as process:
         try:
             graph.wait(lambda: any(np.diff(stamps) < 0), 'a second time', START_SEC)
             graph.wait(lambda: any(np.diff(clock) < 0), 'a clock that begins anew')
@@ -130,7 +142,7 @@ def test_the_command_publishes_a_bag_with_its_times(graph: Graph, plan: DemoPlan
             process.send_signal(signal.SIGINT)
             printed, _ = process.communicate(timeout=60.0)
         finally:
-            process.kill()
+            kill_all_of(process)
     assert process.returncode == 0
     assert f'messages on {plan.points_topic}' in printed
     with BagReader(plan.bag) as reader:
@@ -147,13 +159,13 @@ def test_a_termination_of_the_command_ends_its_player(graph: Graph, plan: DemoPl
 
     before = count()
     command = relations(plan.bag, '--publish', '--loop')
-    with subprocess.Popen(command, stdout=subprocess.DEVNULL) as process:
+    with subprocess.Popen(command, stdout=subprocess.DEVNULL, start_new_session=True) as process:
         try:
             graph.wait(lambda: count() > before, 'the player', START_SEC)
             process.terminate()
             assert process.wait(60.0) == 0
         finally:
-            process.kill()
+            kill_all_of(process)
     graph.wait(lambda: count() == before, 'the end of the player')
 
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import argparse
 import json
 import os
-import signal
 import sys
 import tempfile
 from collections.abc import Sequence
@@ -15,6 +14,7 @@ from rich.console import Console
 from rich.table import Table
 
 from spatial_relations_ros.core import SpatialRelationsError, atomic_write
+from spatial_relations_ros.core.interrupts import interrupt_on_signals
 from spatial_relations_ros.evaluation.live_rates import (
     COLUMNS,
     LiveRun,
@@ -53,7 +53,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Measures; exit code 0 when nothing was lost, 1 when clouds or scenes were, 2 otherwise."""
     args = _parser().parse_args(arguments)
     # Ended from outside it still ends its nodes.
-    signal.signal(signal.SIGTERM, signal.default_int_handler)
+    interrupt_on_signals()
     options = LiveOptions(
         duration_sec=args.duration if args.minutes is None else 60.0 * args.minutes,
         rate=args.rate,
