@@ -20,7 +20,7 @@ from spatial_relations_ros.imitation.checking import Checker
 from spatial_relations_ros.imitation.lean import stands_as_before
 from spatial_relations_ros.imitation.objective_setup import make_objective
 from spatial_relations_ros.imitation.options import ROLES, ImitationOptions
-from spatial_relations_ros.imitation.pose_optimizer import PoseBatch, evaluate, refine
+from spatial_relations_ros.imitation.pose_optimizer import PoseBatch, drawn_rates, evaluate, refine
 from spatial_relations_ros.imitation.poses import pose_tensors
 from spatial_relations_ros.imitation.progress import Progress
 from spatial_relations_ros.imitation.result import (
@@ -214,7 +214,7 @@ class _Imitation:
             starts,
             self.movable,
             steps=self.options.max_steps,
-            learning_rate=self.options.learning_rate,
+            learning_rates=self._learning_rates(starts),
             on_step=self._on_step,
         )
 
@@ -256,14 +256,22 @@ class _Imitation:
         self.progress.note_distances(distances[1:, 0].tolist())
         self.progress.add(self.maker.answers(refined.rotations, refined.translations))
 
-    def _refine(self, starts: PoseBatch) -> tuple[PoseBatch, torch.Tensor]:
+    def _refine(self, starts: PoseBatch) -> tuple[PoseBatch, Tensor]:
         return refine(
             self.objective,
             starts,
             self.movable,
             steps=self.options.max_steps,
-            learning_rate=self.options.learning_rate,
+            learning_rates=self._learning_rates(starts),
             on_step=self._on_step,
+        )
+
+    def _learning_rates(self, starts: PoseBatch) -> Tensor:
+        return drawn_rates(
+            len(starts.costs),
+            self.options.learning_rate,
+            spread=self.options.learning_rate_spread,
+            seed=self.options.seed,
         )
 
     def _on_step(self, step: int, best: PoseBatch) -> bool:

@@ -36,6 +36,8 @@ class ImitationOptions:
         max_steps: Adam steps of each refinement.
         learning_rate: of Adam, as a share of the scene's extent (translation) and in radians
             (rotation) a step.
+        learning_rate_spread: every start but the first descends at a rate drawn between the rate
+            divided and multiplied by this; 1 for the same rate.
         soft_refinement: refine through soft images whose width shrinks, rather than by the
             metric's own gradient; for comparison.
         physics_weight: weight of penetration and contact against the metric; 0 for the metric
@@ -67,6 +69,7 @@ class ImitationOptions:
     num_starts: int = 3
     max_steps: int = 8
     learning_rate: float = 0.015
+    learning_rate_spread: float = 2.0
     soft_refinement: bool = False
     physics_weight: float = 1.0
     layout_weight: float = 0.25
@@ -96,6 +99,10 @@ class ImitationOptions:
             raise ConfigError(f'approach_height is {self.approach_height}; expected metres')
         if not self.learning_rate > 0.0:
             raise ConfigError(f'learning_rate is {self.learning_rate}; it must be positive')
+        if not 1.0 <= self.learning_rate_spread < math.inf:
+            raise ConfigError(
+                f'learning_rate_spread is {self.learning_rate_spread}; expected 1 or more'
+            )
         if not (self.physics_weight >= 0.0 and self.layout_weight >= 0.0):
             raise ConfigError('physics_weight and layout_weight must not be negative')
 

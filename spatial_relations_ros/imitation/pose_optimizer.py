@@ -6,6 +6,7 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
+import numpy as np
 import roma
 import torch
 from torch import Tensor
@@ -80,13 +81,25 @@ def evaluate(
         )
 
 
+def drawn_rates(num_starts: int, learning_rate: float, *, spread: float, seed: int) -> Tensor:
+    """Peak learning rates (num_starts,): the first start's as given, the others' at random.
+
+    Which step suits a start is not known before; with several rates one is likely to. They are
+    log-uniform from ``learning_rate / spread`` to ``learning_rate * spread``. The rate of a start
+    does not depend on how many there are.
+    """
+    draws = np.random.default_rng(seed).uniform(-1.0, 1.0, num_starts)
+    draws[:1] = 0.0
+    return torch.from_numpy(learning_rate * spread**draws).to(torch.float32)
+
+
 def refine(
     objective: Objective,
     start: PoseBatch,
     movable: tuple[bool, bool],
     *,
     steps: int,
-    learning_rate: float,
+    learning_rates: Tensor,
     on_step: StepCallback | None = None,
 ) -> tuple[PoseBatch, Tensor]:
     """Adam over the poses, all starts at once.
@@ -100,22 +113,23 @@ def refine(
         start: K starting scenes.
         movable: whether base and relative may move.
         steps: Adam steps.
-        learning_rate: peak step; decays to a tenth along a cosine.
+        learning_rates: (K,) peak step of each start; decays to a tenth along a cosine.
         on_step: called after each step with the best scenes so far; False stops.
 
     Returns:
         The best scenes seen from each start, and their distance (steps + 1, K) at each step.
     """
-    mask = torch.tensor(movable, dtype=torch.float32)[None, :, None]
+    # Adam's step does not depend on the gradient's scale, so a factor is a learning rate.
+    scale = torch.tensor(movable)[None, :, None] * learning_rates[:, None, None]
     pivots = objective.clouds.mean(dim=1)
     update = torch.zeros(len(start.costs), 2, 6, requires_grad=True)
-    adam = torch.optim.Adam([update], lr=learning_rate)
+    adam = torch.optim.Adam([update])
     best, history = start, [start.distances]
     for step in range(1, steps + 1):
         for group in adam.param_groups:
             progress = (step - 1) / max(steps, 1)
-            group['lr'] = learning_rate * (0.55 + 0.45 * math.cos(math.pi * progress))
-        rotations, translations = _updated(start, update * mask, pivots, objective.extent)
+            group['lr'] = 0.55 + 0.45 * math.cos(math.pi * progress)
+        rotations, translations = _updated(start, update * scale, pivots, objective.extent)
         distances = objective.distances(rotations, translations)
         costs = distances + objective.penalties(rotations, translations)
         adam.zero_grad(set_to_none=True)

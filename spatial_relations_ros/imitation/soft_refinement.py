@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 
 import torch
+from torch import Tensor
 
 from spatial_relations_ros.core import Scene
 from spatial_relations_ros.imitation.objective import Objective
@@ -26,7 +27,7 @@ def refine_softly(
     movable: tuple[bool, bool],
     *,
     steps: int,
-    learning_rate: float,
+    learning_rates: Tensor,
     on_step: StepCallback | None = None,
 ) -> PoseBatch:
     """As :func:`refine`, but by the soft projection, whose width shrinks in up to four stages.
@@ -56,7 +57,7 @@ def refine_softly(
                 evaluate(soft, batch.rotations, batch.translations),
                 movable,
                 steps=end - done,
-                learning_rate=learning_rate,
+                learning_rates=learning_rates,
                 on_step=report,
             )
         done = end

@@ -232,6 +232,7 @@ def test_tiny_and_huge_references_are_fine(metric, on_top, apart, size):
         {'time_budget_sec': -1.0},
         {'time_budget_sec': float('nan')},
         {'learning_rate': 0.0},
+        {'learning_rate_spread': 0.5},
         {'table_height': float('inf')},
     ],
 )

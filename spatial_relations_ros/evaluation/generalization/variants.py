@@ -24,6 +24,7 @@ _WITHOUT: Mapping[str, Mapping[str, Any]] = {
     'no-proposals': {'propose': False},
     'no-physics': {'physics_weight': 0.0},
     'one-start': {'num_starts': 1},
+    'one-rate': {'learning_rate_spread': 1.0},
     'soft': {'soft_refinement': True},
 }
 DESCRIPTIONS: Mapping[str, str] = {
@@ -34,6 +35,7 @@ DESCRIPTIONS: Mapping[str, str] = {
     'no-proposals': 'ours from the current poses and random ones, none proposed from the shapes',
     'no-physics': 'ours, nothing but the metric in the descent',
     'one-start': 'ours, one start refined',
+    'one-rate': 'ours, all starts refined with the same learning rate',
     'soft': 'ours, refined through soft images, coarse to fine',
 }
 VARIANTS = tuple(DESCRIPTIONS)

@@ -93,6 +93,7 @@ class PanelServer:
         self._thread.start()
         self._started.wait(START_SEC)
         if self._failure is not None or not self.address:
+            self.close()
             raise ConfigError(
                 f'cannot listen on {self._host}, port {self._port}: '
                 f'{self._failure or "the server does not start"}; set host and port'

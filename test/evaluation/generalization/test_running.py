@@ -64,6 +64,7 @@ def test_variants_differ_from_the_defaults_in_what_they_are_named_for():
     assert options_of('no-proposals').propose is False
     assert options_of('no-physics').physics_weight == 0.0
     assert options_of('one-start').num_starts == 1
+    assert options_of('one-rate').learning_rate_spread == 1.0
     assert options_of('soft').soft_refinement
     paper = options_of('paper')
     assert (paper.max_steps, paper.num_starts, paper.physics_weight) == (600, 1, 0.0)

@@ -210,3 +210,4 @@ def test_a_port_that_is_taken_is_named(panel: tuple[PanelServer, Recorder]) -> N
         port = taken.getsockname()[1]
         with pytest.raises(ConfigError, match=f'port {port}.*set host and port'):
             PanelServer(panel[1], host='127.0.0.1', port=port).start()
+    assert sum(thread.name == 'panel' for thread in threading.enumerate()) == 1
