@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import importlib.util
-import signal
-import subprocess
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -19,7 +17,7 @@ def publish_bag(bags: Sequence[Path], *, rate: float, loop: bool, clock: bool) -
         ConfigError: where ROS or the node is not installed.
     """
     from spatial_relations_ros.core import ConfigError, executable_path
-    from spatial_relations_ros.core.interrupts import interrupt_on_signals
+    from spatial_relations_ros.core.interrupts import run_program
 
     if len(bags) != 1:
         raise typer.BadParameter('--publish takes one bag')
@@ -30,11 +28,4 @@ def publish_bag(bags: Sequence[Path], *, rate: float, loop: bool, clock: bool) -
         )
     command = [str(executable_path('play_bag')), str(bags[0]), '--rate', str(rate)]
     command += [flag for flag, is_on in (('--loop', loop), ('--clock', clock)) if is_on]
-    interrupt_on_signals()
-    with subprocess.Popen(command) as process:
-        while True:
-            try:
-                return process.wait()
-            except KeyboardInterrupt:
-                # In a terminal it got the signal already; it does not mind another one.
-                process.send_signal(signal.SIGINT)
+    return run_program(command)

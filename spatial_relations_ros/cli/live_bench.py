@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import importlib.util
 import json
-import signal
-import subprocess
 import sys
 from collections.abc import Sequence
 
@@ -21,7 +19,7 @@ def run_live_bench(arguments: Sequence[str]) -> int:
     """
     from spatial_relations_ros.cli.provenance import provenance
     from spatial_relations_ros.core import ConfigError
-    from spatial_relations_ros.core.interrupts import interrupt_on_signals
+    from spatial_relations_ros.core.interrupts import run_program
 
     if importlib.util.find_spec('rclpy') is None:
         raise ConfigError(
@@ -32,12 +30,4 @@ def run_live_bench(arguments: Sequence[str]) -> int:
         sys.executable, '-m', 'spatial_relations_ros.nodes.live_bench', *arguments,
         '--provenance', json.dumps(provenance()),
     ]  # fmt: skip
-    interrupt_on_signals()
-    with subprocess.Popen(command) as process:
-        try:
-            return process.wait()
-        except KeyboardInterrupt:
-            # Ctrl-C has reached it too; it ends its own processes.
-            process.send_signal(signal.SIGINT)
-            process.wait()
-            raise
+    return run_program(command)

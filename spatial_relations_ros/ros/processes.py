@@ -16,6 +16,7 @@ from spatial_relations_ros.core import (
     executable_path,
     share_path,
 )
+from spatial_relations_ros.core.interrupts import interrupts_held
 
 # A node needs 3 s; a busy machine many times that.
 STOP_TIMEOUT_SEC = 60.0
@@ -97,8 +98,8 @@ class NodeProcesses:
             command += ['-p', f'{parameter}:={_as_yaml(value)}']
         for source, target in (remappings or {}).items():
             command += ['-r', f'{source}:={target}']
-        with open(self.log_path(name), 'ab') as log:
-            process = subprocess.Popen(
+        with open(self.log_path(name), 'ab') as log, interrupts_held():
+            process = self._processes[name] = subprocess.Popen(
                 [*command, *arguments],
                 stdin=subprocess.DEVNULL,
                 stdout=log,
@@ -107,7 +108,6 @@ class NodeProcesses:
                 # Ctrl-C reaches this process only; it ends the nodes in order.
                 start_new_session=True,
             )
-        self._processes[name] = process
         return process
 
     def process(self, name: str) -> subprocess.Popen[bytes]:
@@ -142,16 +142,17 @@ class NodeProcesses:
 
     def stop(self) -> dict[str, int]:
         """Interrupts all nodes, kills those that do not end; gives their exit codes."""
-        for process in self._processes.values():
-            _send(process, signal.SIGINT)
         codes = {}
-        for name, process in self._processes.items():
-            try:
-                codes[name] = process.wait(STOP_TIMEOUT_SEC)
-            except subprocess.TimeoutExpired:
-                _send(process, signal.SIGKILL)
-                codes[name] = process.wait()
-        self._processes.clear()
+        with interrupts_held():
+            for process in self._processes.values():
+                _send(process, signal.SIGINT)
+            for name, process in self._processes.items():
+                try:
+                    codes[name] = process.wait(STOP_TIMEOUT_SEC)
+                except subprocess.TimeoutExpired:
+                    _send(process, signal.SIGKILL)
+                    codes[name] = process.wait()
+            self._processes.clear()
         return codes
 
     def __enter__(self) -> NodeProcesses:
