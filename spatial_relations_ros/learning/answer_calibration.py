@@ -11,6 +11,8 @@ from spatial_relations_ros.core import WeightsError
 
 # Nothing is more certain: a calibration holds for what it was measured on.
 _CERTAINTY = 1e-3
+# An arrangement that is off by as much is another way to show the relation; more says no more.
+MOST_DIFFERENCE = 0.5
 
 
 @dataclass(frozen=True)
@@ -26,7 +28,8 @@ class AnswerCalibration:
     Attributes:
         slope: of the log odds; above 0.
         offset: added to them.
-        doubt: taken from them for each unit of an arrangement's difference; 0 or more.
+        doubt: taken from them for each unit of an arrangement's difference, of which no more than
+            a half counts; 0 or more.
         typical: difference of answers whose arrangement is not known; 0 or more.
 
     Raises:
@@ -57,7 +60,8 @@ class AnswerCalibration:
                 where that is not known.
         """
         log_odds = self.slope * log_odds_of(same_relation) + self.offset
-        log_odds -= self.doubt * (self.typical if difference is None else difference)
+        difference = self.typical if difference is None else difference
+        log_odds -= self.doubt * min(difference, MOST_DIFFERENCE)
         return 1.0 / (1.0 + math.exp(-log_odds))
 
     @staticmethod

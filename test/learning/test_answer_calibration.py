@@ -21,10 +21,15 @@ def test_log_odds_are_scaled_and_shifted():
     probabilities = [doubting.probability(p) for p in (0.0, 0.1, 0.5, 0.9, 0.999, 1.0)]
     assert probabilities == sorted(probabilities)
     assert all(0.0 < p < 1.0 for p in probabilities)
+
+
+def test_another_arrangement_counts_against_an_answer():
     # Odds of 4 to 1 become even ones by what counts as much against it.
-    strict = AnswerCalibration(1.0, 0.0, math.log(4.0), typical=0.5)
-    assert strict.probability(0.8, 1.0) == pytest.approx(0.5)
-    assert strict.probability(0.8) == strict.probability(0.8, 0.5) == pytest.approx(2.0 / 3.0)
+    strict = AnswerCalibration(1.0, 0.0, 2.0 * math.log(4.0), typical=0.25)
+    assert strict.probability(0.8, 0.5) == pytest.approx(0.5)
+    assert strict.probability(0.8) == strict.probability(0.8, 0.25) == pytest.approx(2.0 / 3.0)
+    # Beyond another way to show the relation there is none that is more another one.
+    assert strict.probability(0.8, 5.0) == strict.probability(0.8, 0.5)
 
 
 @pytest.mark.parametrize(

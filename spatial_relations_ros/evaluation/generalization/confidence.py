@@ -26,7 +26,11 @@ from spatial_relations_ros.core import ConfigError, SpatialRelationsError, atomi
 from spatial_relations_ros.evaluation.generalization.variants import OURS
 from spatial_relations_ros.evaluation.intervals import wilson_interval
 from spatial_relations_ros.learning import RelationMetric, load_metric
-from spatial_relations_ros.learning.answer_calibration import AnswerCalibration, log_odds_of
+from spatial_relations_ros.learning.answer_calibration import (
+    MOST_DIFFERENCE,
+    AnswerCalibration,
+    log_odds_of,
+)
 from spatial_relations_ros.learning.card import ModelCard
 
 # Answers lie near 1: the bins of it are finer.
@@ -126,7 +130,7 @@ def fit(answers: Answers) -> AnswerCalibration:
     from sklearn.linear_model import LogisticRegression
 
     odds = [log_odds_of(p) for p in answers.same_relation]
-    known = np.column_stack([odds, answers.differences])
+    known = np.column_stack([odds, np.minimum(answers.differences, MOST_DIFFERENCE)])
     regression = LogisticRegression(C=_PENALTY_INVERSE).fit(known, answers.imitated)
     slope, against = regression.coef_[0]
     if against >= 0.0:  # differences say nothing

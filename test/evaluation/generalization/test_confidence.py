@@ -37,7 +37,7 @@ def probabilities(calibration, same_relation, differences):
 
 def test_a_calibration_is_found_again_and_helps_on_other_answers():
     true = AnswerCalibration(0.7, -1.0, 2.0)
-    fitted = fit(answers_that_follow(true, 4000, 0))
+    fitted = fit(answers_that_follow(true, 16000, 0))
     assert (fitted.slope, fitted.offset) == pytest.approx((0.7, -1.0), abs=0.15)
     assert fitted.doubt == pytest.approx(2.0, abs=0.4)
     others = answers_that_follow(true, 2000, 1)
