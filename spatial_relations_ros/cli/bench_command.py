@@ -14,7 +14,8 @@ from spatial_relations_ros.cli.options import SeedOption, WeightsOption
 from spatial_relations_ros.cli.output import JsonOption, Output, progress_bar
 
 if TYPE_CHECKING:
-    from spatial_relations_ros.evaluation.bench import Bench, Timing
+    from spatial_relations_ros.evaluation.bench import Bench
+    from spatial_relations_ros.evaluation.timings import Timing
 
 
 class Step(StrEnum):
@@ -22,6 +23,7 @@ class Step(StrEnum):
 
     EMBED = 'embed'
     BFLOAT16 = 'bfloat16'
+    COMPILED = 'compiled'
     GRADIENT = 'gradient'
     IMITATE = 'imitate'
     TRAIN = 'train'
@@ -76,12 +78,11 @@ def bench(
     if context.invoked_subcommand is not None:
         return
     from spatial_relations_ros.cli.provenance import provenance
-    from spatial_relations_ros.evaluation.bench import (
-        Bench,
+    from spatial_relations_ros.evaluation.bench import Bench, use_threads
+    from spatial_relations_ros.evaluation.timings import (
         peak_memory_mib,
         ratio_rows,
         timing_rows,
-        use_threads,
     )
     from spatial_relations_ros.learning import load_metric
 
@@ -230,7 +231,8 @@ def _steps(
 
     return {
         Step.IMITATE: machine.imitate,
-        Step.BFLOAT16: machine.network_precisions,
+        Step.BFLOAT16: machine.network_in_bfloat16,
+        Step.COMPILED: machine.network_compiled,
         **{name: alone(step) for name, step in single.items()},
     }
 

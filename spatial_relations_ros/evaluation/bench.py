@@ -6,21 +6,23 @@ Scenes come from the project's own generator with a seed, so that two machines t
 from __future__ import annotations
 
 import dataclasses
-import resource
+import os
+import shutil
 import tempfile
 import time
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import torch
+from torch import Tensor
 
 from spatial_relations_ros.core import ConfigError, Scene
 from spatial_relations_ros.datasets.freiburg import RelationDataset, load_dataset
 from spatial_relations_ros.datasets.generator import generate_dataset
 from spatial_relations_ros.evaluation.bag_reader import read_frames
 from spatial_relations_ros.evaluation.reader_timing import kinect_message, structured_points
+from spatial_relations_ros.evaluation.timings import MIN_RUNS, NUM_WARM_UPS, Timing
 from spatial_relations_ros.evaluation.training import make_training_set
 from spatial_relations_ros.imitation import ImitationOptions, imitate
 from spatial_relations_ros.imitation.stages import STAGES
@@ -30,6 +32,7 @@ from spatial_relations_ros.learning import (
     euclidean_distance,
     make_encoder,
 )
+from spatial_relations_ros.learning.encoders import Encoder
 from spatial_relations_ros.learning.trainer import TrainingProgress, train_encoder
 from spatial_relations_ros.learning.training_config import training_config
 from spatial_relations_ros.perception.object_models import ModelSource
@@ -38,53 +41,12 @@ from spatial_relations_ros.pipeline import Pipeline
 
 NUM_SCENES = 28
 NUM_OBJECTS = 20
-NUM_WARM_UPS = 2
-MIN_RUNS = 3
 # Scenes, as imitation embeds them.
 _BATCH = 8
 # Every relation is imitated with the objects of a scene of another relation.
 _PAPER_POINTS = 2000
 
 OnRun = Callable[[int, int], None]
-
-
-@dataclass(frozen=True)
-class Timing:
-    """Wall times of one step.
-
-    Attributes:
-        name: of the step.
-        seconds: one for each run, warm-up left out.
-        cpu_seconds: of all threads, one for each run; empty where it was not measured.
-    """
-
-    name: str
-    seconds: tuple[float, ...]
-    cpu_seconds: tuple[float, ...] = ()
-
-    @property
-    def median(self) -> float:
-        """Seconds."""
-        return float(np.median(self.seconds))
-
-    def where(self, name: str, chosen: Sequence[bool]) -> Timing:
-        """Some of the runs under another name; ``chosen`` counts the warm-up too."""
-        picked = np.flatnonzero(chosen[NUM_WARM_UPS:])
-        return Timing(
-            name,
-            tuple(self.seconds[idx] for idx in picked),
-            tuple(self.cpu_seconds[idx] for idx in picked),
-        )
-
-    @property
-    def cpu_median(self) -> float:
-        """Seconds of the processor; NaN where it was not measured."""
-        return float(np.median(self.cpu_seconds)) if self.cpu_seconds else float('nan')
-
-    @property
-    def p90(self) -> float:
-        """Seconds."""
-        return float(np.percentile(self.seconds, 90))
 
 
 class Bench:
@@ -112,7 +74,7 @@ class Bench:
             'embed', lambda idx: self.metric.embed_scenes([self._scene(idx)]), on_run
         )
 
-    def network_precisions(self, on_run: OnRun | None = None) -> list[Timing]:
+    def network_in_bfloat16(self, on_run: OnRun | None = None) -> list[Timing]:
         """The network on the images of eight scenes, with its layers in bfloat16 and as it is.
 
         Raises:
@@ -121,16 +83,47 @@ class Bench:
         if not has_bfloat16():
             raise ConfigError('this processor has no bfloat16, which would be emulated')
         encoder = self.metric.encoder.for_inference()
+
+        def low(images: Tensor) -> Tensor:
+            with torch.autocast('cpu', torch.bfloat16):
+                embeddings: Tensor = encoder(images)
+            return embeddings
+
+        names = 'network in bfloat16', 'network'
+        return self._networks(names, low, encoder, on_run)
+
+    def network_compiled(self, on_run: OnRun | None = None) -> list[Timing]:
+        """The network on the images of eight scenes, compiled by PyTorch and as it is.
+
+        The compilation, which takes place before, is not counted.
+
+        Raises:
+            ConfigError: without a C++ compiler.
+        """
+        compiler = os.environ.get('CXX', 'g++')
+        if shutil.which(compiler) is None:
+            raise ConfigError(f'{compiler} is not found; torch.compile needs a C++ compiler')
+        encoder = self.metric.encoder.for_inference()
+        names = 'network compiled', 'network not compiled'
+        return self._networks(names, torch.compile(encoder), encoder, on_run)
+
+    def _networks(
+        self,
+        names: tuple[str, str],
+        changed: Callable[[Tensor], Tensor],
+        encoder: Encoder,
+        on_run: OnRun | None,
+    ) -> list[Timing]:
         batch = np.stack([self.metric.projections(self._scene(idx)) for idx in range(_BATCH)])
         images = torch.from_numpy(batch)
 
-        def step(is_low: bool) -> None:
-            with torch.inference_mode(), torch.autocast('cpu', torch.bfloat16, enabled=is_low):
-                encoder(images)
+        def step(network: Callable[[Tensor], Tensor]) -> None:
+            with torch.no_grad():
+                network(images)
 
         return [
-            self._timed('network in bfloat16', lambda _: step(True), on_run),
-            self._timed('network', lambda _: step(False), on_run),
+            self._timed(names[0], lambda _: step(changed), on_run),
+            self._timed(names[1], lambda _: step(encoder), on_run),
         ]
 
     def pose_gradient(self, on_run: OnRun | None = None) -> Timing:
@@ -289,43 +282,6 @@ def has_bfloat16() -> bool:
     """Whether the processor computes with bfloat16 itself."""
     capabilities = torch.cpu.get_capabilities()
     return any(capabilities.get(name) for name in ('avx512_bf16', 'amx_bf16', 'bf16'))
-
-
-def peak_memory_mib() -> float:
-    """The most memory that this process has held, MiB."""
-    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0
-
-
-def ratio_rows(timings: Sequence[Timing]) -> list[dict[str, float | str]]:
-    """How many times slower the paper's or the usual way is, where both were timed, by medians."""
-    by_name = {timing.name: timing for timing in timings}
-    pairs = (
-        ('imitate', 'imitate as the paper'),
-        ('pose gradient', 'pose gradient of the paper'),
-        ('reader', 'reader by structured array'),
-        ('network', 'network in bfloat16'),
-    )
-    return [
-        {'step': ours, 'than': other, 'ratio': by_name[other].median / by_name[ours].median}
-        for ours, other in pairs
-        if ours in by_name and other in by_name
-    ]
-
-
-def timing_rows(timings: Sequence[Timing]) -> list[dict[str, float | int | str]]:
-    """Timings as JSON content."""
-    return [
-        {
-            'step': timing.name,
-            'runs': len(timing.seconds),
-            'median': timing.median,
-            'p90': timing.p90,
-            'cpu_median': timing.cpu_median,
-            'min': min(timing.seconds),
-            'max': max(timing.seconds),
-        }
-        for timing in timings
-    ]
 
 
 def _generated(seed: int) -> RelationDataset:
