@@ -40,15 +40,17 @@ class LibraryModels:
         Raises:
             CloudFormatError: when its file cannot be used.
         """
-        if object_id not in self._library:
+        # By the file's name: a tracker that counts its objects makes new ids without end.
+        name = self._library.resolve(object_id)
+        if name is None:
             return None
-        if object_id not in self._models:
+        if name not in self._models:
             try:
-                mesh, points = self._library[object_id]
-                self._models[object_id] = KnownModel(points, mesh)
+                mesh, points = self._library[name]
+                self._models[name] = KnownModel(points, mesh)
             except CloudFormatError as error:
-                self._models[object_id] = error
-        model = self._models[object_id]
+                self._models[name] = error
+        model = self._models[name]
         if isinstance(model, CloudFormatError):
             raise model
         return model

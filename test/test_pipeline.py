@@ -102,8 +102,9 @@ def test_before_the_first_cloud_and_after_a_reset_there_is_nothing(models):
 
 
 def test_models_are_read_once_and_shared_by_alike_objects(models):
-    assert models.find('cup_2') is not None
-    assert models.find('cup') is models.find('cup')
+    cup = models.find('cup')
+    assert cup is not None
+    assert all(models.find(f'cup_{number}') is cup for number in range(20))
     assert models.find('teapot') is None
 
 

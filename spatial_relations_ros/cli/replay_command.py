@@ -78,6 +78,13 @@ def replay(
         list[str] | None,
         typer.Option('--tracked-topic', help='Tracked poses; with --points-topic.'),
     ] = None,
+    pose_topics: Annotated[
+        list[str] | None,
+        typer.Option(
+            '--pose-topic',
+            help='PoseStamped of one object, as "/topic/id" or "id=/topic"; with --points-topic.',
+        ),
+    ] = None,
     weights: WeightsOption = None,
     seed: SeedOption = 0,
     jobs: Annotated[
@@ -153,7 +160,7 @@ def replay(
         demonstrations=demonstrations,
         imitation=ImitationOptions(seed=seed),
     )
-    topics = _topics(points_topic, tracked_topics or [])
+    topics = _topics(points_topic, tracked_topics or [], pose_topics or [])
     todo = [ReplayJob(bag, options, topics, models, world_frame, weights) for bag in bags]
     replays = _run(todo, _executor(jobs, cluster))
     reports = [replay for replay in replays if isinstance(replay, ReplayReport)]
@@ -170,14 +177,20 @@ def replay(
         raise typer.Exit(FAILED)
 
 
-def _topics(points_topic: str | None, tracked_topics: list[str]) -> BagTopics | None:
+def _topics(
+    points: str | None, tracked_objects: Sequence[str], pose_entries: Sequence[str]
+) -> BagTopics | None:
     from spatial_relations_ros.evaluation.bag_reader import BagTopics
+    from spatial_relations_ros.perception.pose_topics import pose_topics
 
-    if points_topic is None and not tracked_topics:
+    has_poses = bool(tracked_objects or pose_entries)
+    if points is None and not has_poses:
         return None
-    if points_topic is None or not tracked_topics:
-        raise typer.BadParameter('--points-topic and --tracked-topic go together')
-    return BagTopics(points_topic, tuple(tracked_topics))
+    if points is None or not has_poses:
+        raise typer.BadParameter(
+            '--points-topic goes together with --tracked-topic or --pose-topic'
+        )
+    return BagTopics(points, tuple(tracked_objects), pose_topics(pose_entries))
 
 
 def _executor(num_jobs: int, cluster: str | None) -> Executor:

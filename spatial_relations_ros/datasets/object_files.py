@@ -194,7 +194,7 @@ class ObjectLibrary:
         return tuple(sorted(self._paths))
 
     def __contains__(self, object_id: str) -> bool:
-        return self._resolve(object_id) is not None
+        return self.resolve(object_id) is not None
 
     def __getitem__(self, object_id: str) -> tuple[TriangleMesh | None, NDArray[np.float32]]:
         """Mesh (None for clouds) and points (N, 3) of an object.
@@ -203,14 +203,15 @@ class ObjectLibrary:
             UnknownObjectError: when the folder holds no model of it.
             CloudFormatError: when its file cannot be read.
         """
-        name = self._resolve(object_id)
+        name = self.resolve(object_id)
         if name is None:
             raise UnknownObjectError(f'no model of {object_id!r}; {_what_is_in(self.folder)}')
         if name not in self._models:
             self._models[name] = load_object_model(self._paths[name], num_points=self._num_points)
         return self._models[name]
 
-    def _resolve(self, object_id: str) -> str | None:
+    def resolve(self, object_id: str) -> str | None:
+        """The id that an object's file has: its own, or that without a number at the end."""
         if object_id in self._paths:
             return object_id
         stem, _, number = object_id.rpartition('_')

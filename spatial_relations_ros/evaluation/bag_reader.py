@@ -214,13 +214,18 @@ class BagReader:
         arrays = tuple(
             topic for topic, (kind, _) in contents.items() if kind in (TRACKED_OBJECTS, DETECTIONS)
         )
-        poses = {
-            topic.rsplit('/', 1)[-1]: topic
-            for topic, (kind, _) in contents.items()
-            if kind == POSE_STAMPED
-        }
+        poses: dict[str, str] = {}
+        for topic, (kind, _) in contents.items():
+            if kind == POSE_STAMPED and not arrays:
+                object_id = topic.rsplit('/', 1)[-1]
+                if object_id in poses:
+                    raise BagError(
+                        f'{poses[object_id]} and {topic} of {self.path} both end with '
+                        f'{object_id!r}; name topics and objects, as in --pose-topic "cup={topic}"'
+                    )
+                poses[object_id] = topic
         points = max(clouds, key=lambda topic: clouds[topic])
-        return BagTopics(points, arrays, {} if arrays else poses)
+        return BagTopics(points, arrays, poses)
 
     def _describe(self) -> str:
         topics = [f'{topic} ({kind}, {count})' for topic, (kind, count) in self.contents.items()]

@@ -23,6 +23,7 @@ _DENSITY = 1000.0  # of any material: the balance of one body does not depend on
 # Contact tolerances are meant for things that one takes in the hand; others are scaled to this.
 _HAND_SIZES = (0.04, 1.5)
 _HAND_SIZE = 0.3
+_MOST_SCALES = 4
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,9 +79,14 @@ _solids: weakref.WeakKeyDictionary[Shape, dict[float, Solid]] = weakref.WeakKeyD
 
 
 def solid_of(shape: Shape, scale: float) -> Solid:
-    """The solid of a shape, made once; a tenth of a second the first time."""
+    """The solid of a shape, made once; a tenth of a second the first time.
+
+    Of a shape beside others of which each asks for another scale the last few are kept.
+    """
     known = _solids.setdefault(shape, {})
     if scale not in known:
+        while len(known) >= _MOST_SCALES:
+            del known[next(iter(known))]
         known[scale] = Solid.of(shape.mesh, scale)
     return known[scale]
 

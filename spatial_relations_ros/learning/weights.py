@@ -60,7 +60,10 @@ def load_metric(path: Path | str | None = None, *, gradient: str | None = None) 
     if not path.is_file():
         raise WeightsError(f'weights file {path} does not exist')
     card = ModelCard.read(card_path(path))
-    digest = file_sha256(path)
+    try:
+        digest = file_sha256(path)
+    except OSError as error:
+        raise WeightsError(f'{path} cannot be read: {error.strerror or error}') from error
     if digest != card.sha256:
         raise WeightsError(
             f'{path} is damaged or is not what its card describes: '

@@ -24,6 +24,7 @@ from spatial_relations_ros.nodes.follow_parameters import IdPair, followed_pairs
 from spatial_relations_ros.nodes.scene_client import SeenScene
 from spatial_relations_ros.ros.diagnostics import OK, WARN, State
 from spatial_relations_ros.ros.relations_node import RelationsNode
+from spatial_relations_ros.ros.timers import steady_timer
 
 RATE_WINDOW_SEC = 10.0
 RETRY_FACTOR = 4.0
@@ -88,9 +89,8 @@ class Follower:
         self._num_updates = 0
         # Each change of the parameters or reset begins a new era; jobs of older ones are over.
         self._era = 0
-        self._timer = node.create_timer(
-            1.0, self._tick, callback_group=MutuallyExclusiveCallbackGroup()
-        )
+        group = MutuallyExclusiveCallbackGroup()
+        self._timer = steady_timer(node, 1.0, self._tick, group=group)
         node.parameters.on_change((PARAMETER, 'follow_movable', 'follow_rate'), self._begin)
         node.diagnostics.add_state('follow', self.state)
         self._begin()

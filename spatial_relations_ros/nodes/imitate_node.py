@@ -40,6 +40,7 @@ from spatial_relations_ros.ros.relations_node import RelationsNode
 from spatial_relations_ros.ros.running import run_node
 
 FEEDBACK_PERIOD_SEC = 0.05
+RESULT_TIMEOUT_SEC = 10
 
 
 class ImitateNode(RelationsNode):
@@ -68,6 +69,8 @@ class ImitateNode(RelationsNode):
             goal_callback=lambda _: GoalResponse.ACCEPT,
             cancel_callback=lambda _: CancelResponse.ACCEPT,
             callback_group=self.requests_group,
+            # Goals that have ended are kept with their scenes until then.
+            result_timeout=RESULT_TIMEOUT_SEC,
             goal_service_qos_profile=qos.REQUESTS,
             result_service_qos_profile=qos.REQUESTS,
             cancel_service_qos_profile=qos.REQUESTS,

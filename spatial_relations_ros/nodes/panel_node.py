@@ -37,6 +37,7 @@ from spatial_relations_ros.ros.diagnostics import OK, State
 from spatial_relations_ros.ros.qos import DIAGNOSTICS
 from spatial_relations_ros.ros.relations_node import RelationsNode
 from spatial_relations_ros.ros.running import run_node
+from spatial_relations_ros.ros.timers import steady_timer
 
 try:
     from spatial_relations_ros.nodes.panel.server import PanelServer
@@ -96,7 +97,7 @@ class PanelNode(RelationsNode):
             (1.0 / self.parameters.number('rate'), self._show_objects),
             (RELATIONS_PERIOD_SEC, self._show_relations),
         ):
-            self.create_timer(period_sec, show, callback_group=MutuallyExclusiveCallbackGroup())
+            steady_timer(self, period_sec, show, group=MutuallyExclusiveCallbackGroup())
         self.get_logger().info(f'panel on {address}')
 
     def close(self) -> None:

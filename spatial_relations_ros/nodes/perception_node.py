@@ -30,7 +30,6 @@ from spatial_relations_ros.nodes.perception_parameters import (
     assembly_config,
     make_pipeline,
     perception_config,
-    pose_topic,
 )
 from spatial_relations_ros.nodes.perception_states import clouds_state, objects_state
 from spatial_relations_ros.nodes.scene_publisher import ScenePublisher
@@ -49,6 +48,7 @@ from spatial_relations_ros.perception.messages import (
     stamp_ns,
 )
 from spatial_relations_ros.perception.point_cloud2 import read_xyz
+from spatial_relations_ros.perception.pose_topics import pose_topics
 from spatial_relations_ros.ros import qos
 from spatial_relations_ros.ros.conversions import (
     cloud_to_msg,
@@ -145,8 +145,8 @@ class PerceptionNode(RelationsNode):
             lambda msg: self._add_tracks(*read_tracked_objects(msg)),
             qos.TRACKED_POSES,
         )
-        for entry in self.parameters.texts('pose_topics'):
-            self._subscribe_to_pose(*pose_topic(entry))
+        for object_id, topic in pose_topics(self.parameters.texts('pose_topics')).items():
+            self._subscribe_to_pose(object_id, topic)
         if Detection3DArray is not None:
             self.subscribe(
                 Detection3DArray,

@@ -321,19 +321,3 @@ def ordered_pairs(entries: Sequence[str], *, name: str = 'pairs') -> list[tuple[
             raise ConfigError(f'{name} has {entry!r}; expected "base/relative"')
         pairs.append((base_id, relative_id))
     return pairs
-
-
-def pose_topic(entry: str) -> tuple[str, str]:
-    """Object id and topic of one entry of ``pose_topics``.
-
-    ``/simtrack/bowl`` is the topic of the object ``bowl``; ``cup=/some/pose`` names the object.
-
-    Raises:
-        ConfigError: for an entry without an object id or a topic.
-    """
-    object_id, separator, topic = entry.partition('=')
-    if not separator:
-        object_id, topic = entry.rstrip('/').rpartition('/')[2], entry
-    if not object_id or not topic:
-        raise ConfigError(f'pose_topics has {entry!r}; expected "/topic/id" or "id=/topic"')
-    return object_id, topic

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from typing import Any
 
 from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
@@ -13,6 +14,7 @@ from spatial_relations_ros.nodes.scene_client import SceneClient
 from spatial_relations_ros.ros.diagnostics import ERROR, OK, State
 from spatial_relations_ros.ros.relations_node import RelationsNode
 from spatial_relations_ros.ros.running import SpinThread, spin_alone
+from spatial_relations_ros.ros.timers import steady_timer
 
 PERIOD_SEC = 0.1
 
@@ -26,15 +28,12 @@ class Standalone:
     def __init__(self, node: RelationsNode, host: ModelHost, scenes: SceneClient) -> None:
         self._node, self._host, self._scenes = node, host, scenes
         self._mode = node.parameters.text('standalone')
-        self._end_ns = node.get_clock().now().nanoseconds + round(
-            1e9 * node.parameters.number('discovery_time')
-        )
+        self._end_sec = time.monotonic() + node.parameters.number('discovery_time')
         self._state = State(OK, 'looking for a perception node')
         self._perception: SpinThread | None = None
         node.diagnostics.add_state('standalone', lambda: self._state)
-        self._timer = node.create_timer(
-            PERIOD_SEC, self._decide, callback_group=MutuallyExclusiveCallbackGroup()
-        )
+        group = MutuallyExclusiveCallbackGroup()
+        self._timer = steady_timer(node, PERIOD_SEC, self._decide, group=group)
 
     def close(self) -> None:
         """Ends the perception of this process; what else was started ends with its executor."""
@@ -48,7 +47,7 @@ class Standalone:
             self._finish('off')
         elif self._mode == 'auto' and self._scenes.is_ready:
             self._finish('off: another perception node was found')
-        elif self._mode == 'true' or self._node.get_clock().now().nanoseconds >= self._end_ns:
+        elif self._mode == 'true' or time.monotonic() >= self._end_sec:
             self._start()
 
     def _finish(self, message: str) -> None:

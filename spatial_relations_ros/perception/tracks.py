@@ -5,7 +5,12 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from spatial_relations_ros.core import ConfigError, Pose, SpatialRelationsError
+from spatial_relations_ros.core import (
+    ConfigError,
+    FrameTransformError,
+    Pose,
+    SpatialRelationsError,
+)
 from spatial_relations_ros.perception.border import TrackedPose
 from spatial_relations_ros.perception.frames import TransformBuffer, interpolate_poses
 from spatial_relations_ros.perception.series import NS_PER_SEC, StampedSeries
@@ -50,6 +55,8 @@ class TrackBuffer:
     def __init__(self, config: TrackConfig | None = None) -> None:
         self._config = config or TrackConfig()
         self._series: dict[str, StampedSeries[TrackedPose]] = {}
+        # The last that was brought to the world, of each object, and its world_from_object.
+        self._placed: dict[str, tuple[TrackedPose, Pose]] = {}
 
     @property
     def object_ids(self) -> tuple[str, ...]:
@@ -72,11 +79,14 @@ class TrackBuffer:
         series.add(track.stamp_ns, track)
         self._series[track.object_id] = series
         if len(self._series) > config.max_objects:
-            del self._series[next(iter(self._series))]
+            oldest = next(iter(self._series))
+            del self._series[oldest]
+            self._placed.pop(oldest, None)
 
     def clear(self) -> None:
         """Forgets everything."""
         self._series.clear()
+        self._placed.clear()
 
     def world_from_object(
         self, object_id: str, stamp_ns: int, transforms: TransformBuffer, world_frame: str
@@ -120,5 +130,13 @@ class TrackBuffer:
                 f'the tracker trusts its pose with {track.confidence:.2f} only, '
                 f'at least {self._config.min_confidence:.2f} are needed'
             )
-        world_from_frame = transforms.lookup(world_frame, track.frame_id, track.stamp_ns)
-        return world_from_frame @ track.frame_from_object
+        placed, pose = self._placed.get(track.object_id, (None, None))
+        try:
+            world_from_frame = transforms.lookup(world_frame, track.frame_id, track.stamp_ns)
+        except FrameTransformError:
+            if placed is not track or pose is None:
+                raise
+            return pose  # transforms of a time that is no longer remembered
+        pose = world_from_frame @ track.frame_from_object
+        self._placed[track.object_id] = track, pose
+        return pose

@@ -13,6 +13,7 @@ from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from rclpy.node import Node
 
 from spatial_relations_ros.ros.qos import DIAGNOSTICS
+from spatial_relations_ros.ros.timers import steady_timer
 
 PERIOD_SEC = 1.0
 RATE_WINDOW_SEC = 5.0
@@ -89,7 +90,7 @@ class Diagnostics:
         self._states: dict[str, Callable[[], State]] = {'process': self._process_state}
         self._share = ProcessorShare()
         self._publisher = node.create_publisher(DiagnosticArray, '/diagnostics', DIAGNOSTICS)
-        self._timer = node.create_timer(PERIOD_SEC, self.publish)
+        self._timer = steady_timer(node, PERIOD_SEC, self.publish)
 
     def add_state(self, name: str, state: Callable[[], State]) -> None:
         """Adds a part of the node; ``state`` is asked once a second."""

@@ -67,6 +67,18 @@ def test_each_cloud_comes_with_what_arrived_before_it(tmp_path, storage):
     assert second.tracks[0].frame_from_object.translation[0] == 2.0
 
 
+def test_pose_topics_that_end_alike_must_be_named(tmp_path):
+    with BagWriter(tmp_path / 'bag') as writer:
+        for name in ('bowl', 'cup'):
+            writer.write(f'/{name}/pose', 0, writer.pose_stamped(track(name, 0)))
+        writer.write('/points', MS, writer.cloud(0, 'camera', XYZ, RGB))
+    with pytest.raises(BagError, match=r'/bowl/pose and /cup/pose .* --pose-topic "cup='):
+        list(read_frames(tmp_path / 'bag'))
+    named = {'bowl': '/bowl/pose', 'cup': '/cup/pose'}
+    (frame,) = read_frames(tmp_path / 'bag', BagTopics('/points', (), named))
+    assert {item.object_id for item in frame.tracks} == {'bowl', 'cup'}
+
+
 def test_poses_recorded_after_their_cloud_go_with_it(tmp_path):
     """A recorder writes in order of arrival, which differs from one run to the next."""
 

@@ -1,4 +1,6 @@
 import dataclasses
+import gc
+import weakref
 
 import numpy as np
 import pytest
@@ -24,6 +26,15 @@ def check(solids):
         return check_placement('carton', bodies[0], 'plate', bodies[1], 0.0)
 
     return at
+
+
+def test_a_shape_keeps_the_solids_of_few_scales(solids):
+    shape = shape_of(solids.box('crate', (0.9, 0.6, 0.6), (0, 0, 0.3)))
+    made = [weakref.ref(solid_of(shape, scale)) for scale in np.linspace(0.1, 0.3, 20)]
+    gc.collect()
+    assert sum(solid() is not None for solid in made) <= 4
+    latest = made[-1]()
+    assert latest is solid_of(shape, 0.3)
 
 
 def test_a_box_on_a_plate_is_feasible(check):

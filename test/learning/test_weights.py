@@ -49,6 +49,14 @@ def test_damaged_weights_are_found_by_their_hash(saved):
         load_metric(path)
 
 
+def test_weights_on_a_disk_that_fails_are_refused(saved):
+    _, path = saved
+    path.unlink()
+    path.symlink_to('/proc/self/mem')  # a file whose first byte cannot be read
+    with pytest.raises(WeightsError, match='cannot be read: Input/output error'):
+        load_metric(path)
+
+
 def test_truncated_weights_are_refused_even_with_their_own_hash(saved):
     import hashlib
 

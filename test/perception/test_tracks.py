@@ -5,7 +5,7 @@ import pytest
 
 from spatial_relations_ros.core import ConfigError, FrameTransformError, Pose
 from spatial_relations_ros.perception.border import StampedTransform, TrackedPose
-from spatial_relations_ros.perception.frames import TransformBuffer
+from spatial_relations_ros.perception.frames import TransformBuffer, TransformBufferConfig
 from spatial_relations_ros.perception.tracks import TrackBuffer, TrackConfig, TrackRejectedError
 
 SEC = 1_000_000_000
@@ -68,6 +68,19 @@ def test_each_pose_is_brought_to_the_world_at_its_own_time():
     assert x_at(buffer, 1.05, transforms) == pytest.approx(15.0)
     # Held: the place in the world at the time of the last pose, not carried on by the camera.
     assert x_at(buffer, 1.3, transforms) == pytest.approx(15.0)
+
+
+def test_a_pose_is_held_for_longer_than_transforms_are_remembered():
+    transforms = TransformBuffer(TransformBufferConfig(history_sec=2.0))
+    buffer = filled(track(1.0, 5.0, frame='camera'), max_age_sec=30.0)
+    for seconds in range(1, 21):
+        camera = Pose(np.array([10.0 * seconds, 0.0, 0.0]))
+        transforms.add(StampedTransform('world', 'camera', seconds * SEC, camera))
+        assert x_at(buffer, seconds, transforms) == pytest.approx(15.0)
+    buffer.clear()
+    buffer.add(track(1.0, 5.0, frame='camera'))
+    with pytest.raises(FrameTransformError, match='known from'):
+        x_at(buffer, 20.0, transforms)
 
 
 def test_an_unknown_frame_is_named():

@@ -20,7 +20,6 @@ from spatial_relations_ros.nodes.panel_parameters import PANEL_PARAMETERS
 from spatial_relations_ros.nodes.perception_parameters import (
     PERCEPTION_PARAMETERS,
     ordered_pairs,
-    pose_topic,
 )
 from spatial_relations_ros.ros.domains import free_domain_id
 from spatial_relations_ros.ros.parameters import Parameters, ParameterSpec
@@ -127,14 +126,6 @@ def test_configuration_files_hold_every_parameter_at_its_default(
         both_nan = isinstance(value, float) and math.isnan(value)
         assert both_nan or value == spec.default, spec.name
         assert spec.description.endswith('.')
-
-
-def test_pose_topics() -> None:
-    assert pose_topic('/simtrack/bowl') == ('bowl', '/simtrack/bowl')
-    assert pose_topic('cup_2=/tracker/pose') == ('cup_2', '/tracker/pose')
-    for entry in ('/', '=/x', 'cup='):
-        with pytest.raises(ConfigError, match='pose_topics'):
-            pose_topic(entry)
 
 
 def test_pairs() -> None:

@@ -82,6 +82,18 @@ def test_the_command_fails_when_nothing_can_be_imitated(recorded):
     assert 'teapot' in result.output
 
 
+def test_topics_that_are_named_must_be_there(recorded):
+    named = ['--points-topic', '/points', '--pose-topic', 'cup=/cup/pose']
+    result = run(recorded / 'bag', *named)
+    assert result.exit_code == 2
+    assert 'no geometry_msgs/msg/PoseStamped on /cup/pose; the bag has /points' in ' '.join(
+        result.output.split()
+    )
+    alone = run(recorded / 'bag', '--pose-topic', '/simtrack/cup')
+    assert alone.exit_code == 2
+    assert '--points-topic goes together with' in ' '.join(alone.output.split())
+
+
 def same_files(first, second):
     return all(
         (first / f'out.{end}').read_bytes() == (second / f'out.{end}').read_bytes()

@@ -66,3 +66,18 @@ def test_the_action_ends_like_the_service(session: DemoSession) -> None:
         expected.answers[0].distance, rel=1e-3
     )
     client.destroy()
+
+
+def test_a_result_that_was_told_is_forgotten(session: DemoSession) -> None:
+    """Goals are kept with their scenes until then: a robot asks for very many in a week."""
+    client = session.graph.action(ImitateRelation, '/imitate_relation')
+    goal = ImitateRelation.Goal(reference_ids=['nobody', 'else'], test_ids=session.test_ids)
+    sent = session.graph.sent(lambda: client.send_goal_async(goal))
+    handle = wait_for(sent, ANSWER_SEC)
+
+    def status() -> int:
+        return wait_for(session.graph.sent(handle.get_result_async), ANSWER_SEC).status
+
+    assert status() == GoalStatus.STATUS_ABORTED
+    session.graph.wait(lambda: status() == GoalStatus.STATUS_UNKNOWN, 'the end of its memory')
+    client.destroy()
