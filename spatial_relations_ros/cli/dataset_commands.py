@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
+from rich.markup import escape
 
 from spatial_relations_ros.cli.options import SeedOption
 from spatial_relations_ros.cli.output import JsonOption, Output, progress_bar
@@ -51,7 +52,8 @@ def generate(
         for relation in Relation
     }
     output.say(
-        f'[bold]{len(dataset.scenes)}[/] scenes of {len(dataset.clouds)} objects in {folder}'
+        f'[bold]{len(dataset.scenes)}[/] scenes of {len(dataset.clouds)} objects in '
+        f'{escape(str(folder))}'
     )
     output.table(
         ('relation', 'scenes', 'refused candidates'),

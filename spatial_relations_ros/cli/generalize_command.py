@@ -12,7 +12,13 @@ from rich.markup import escape
 from spatial_relations_ros.cli.error_reports import FAILED
 from spatial_relations_ros.cli.imitation_files import REPORT_SUFFIXES, check_suffix
 from spatial_relations_ros.cli.options import SeedOption, WeightsOption
-from spatial_relations_ros.cli.output import JsonOption, Output, progress_bar
+from spatial_relations_ros.cli.output import (
+    JsonOption,
+    Output,
+    check_file,
+    check_folder,
+    progress_bar,
+)
 
 if TYPE_CHECKING:
     from spatial_relations_ros.evaluation.generalization.cases import Case, Experiment
@@ -115,6 +121,8 @@ def generalize(
     from spatial_relations_ros.evaluation.generalization.variants import Weights, check_variants
 
     output = Output(json_path)
+    check_file(markdown, '--markdown')
+    check_folder(pictures, '--pictures')
     check_suffix(page, '--report', REPORT_SUFFIXES)
     names = check_variants([name.strip() for name in variants.split(',') if name.strip()])
     if physics:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -33,7 +34,7 @@ from spatial_relations_ros.cli.options import (
     TestRelative,
     WeightsOption,
 )
-from spatial_relations_ros.cli.output import JsonOption, Output, progress_bar
+from spatial_relations_ros.cli.output import JsonOption, Output, check_folder, progress_bar
 from spatial_relations_ros.cli.pose_files import ROLES
 from spatial_relations_ros.cli.recording import RerunOption, check_recording, record_shown
 from spatial_relations_ros.cli.robot_options import (
@@ -165,12 +166,17 @@ def imitate(
     {"base": {"t": [x,y,z], "q_wxyz": [w,x,y,z]}, "relative": {...}}, z up. Test objects without
     poses stand upright beside each other.
 
-    Exit code 1 when no feasible answer nearer to the demonstration was found.
+    Exit code 1 when no feasible answer that is similar to the demonstration was found.
     """
     output = Output(json_path)
     check_suffix(report, '--report', REPORT_SUFFIXES)
     check_suffix(animation, '--animation', ANIMATION_SUFFIXES)
     check_recording(recording)
+    check_folder(out, '--out')
+    if data is not None and reference is None and test is None:
+        raise typer.BadParameter('--data goes with --reference or --test, names of scenes in it')
+    if memory is not None and remembered is None:
+        raise typer.BadParameter('--memory goes with --remembered, a name in it')
     reference_scene = SceneSource(
         'reference', reference, data, reference_base, reference_relative, reference_poses,
         remembered, memory, objects,
@@ -214,8 +220,8 @@ def imitate(
             output.say(f'answer {idx} {"stays" if entry["stays"] else "moves"} in simulation')
     output.write_json(content)
     if out is not None:
-        _write_folder(out, metric, reference_scene, test_scene, result, table_height)
-        output.say(f'pictures and result.json in [bold]{out}[/]')
+        _write_folder(out, metric, reference_scene, test_scene, result, content, table_height)
+        output.say(f'pictures and result.json in [bold]{escape(str(out))}[/]')
     if report is not None or animation is not None or recording is not None:
         shown = shown_imitation(
             metric, reference_scene, test_scene, result,
@@ -296,6 +302,7 @@ def _write_folder(
     reference: Scene,
     test: Scene,
     result: ImitationResult,
+    content: Mapping[str, Any],
     table_height: float | None,
 ) -> None:
     from spatial_relations_ros.cli.output import json_text
@@ -330,4 +337,4 @@ def _write_folder(
         sheet = answer_sheet(test, scenes, captions, table_height=table_height)
         write_image(folder / 'answers.png', sheet)
     with atomic_write(folder / 'result.json') as temporary:
-        temporary.write_text(json_text(result_entry(result)))
+        temporary.write_text(json_text(content))

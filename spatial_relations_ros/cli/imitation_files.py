@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import typer
 from rich.markup import escape
 
-from spatial_relations_ros.cli.output import Output, progress_bar
+from spatial_relations_ros.cli.output import Output, check_file, progress_bar
 
 if TYPE_CHECKING:
     from spatial_relations_ros.core import Pose, Scene
@@ -42,6 +42,7 @@ def check_suffix(path: Path | None, option: str, suffixes: tuple[str, ...]) -> N
         raise typer.BadParameter(
             f'{option} takes a file that ends with {" or ".join(suffixes)}, got {path.name!r}'
         )
+    check_file(path, option)
 
 
 def shown_imitation(

@@ -7,9 +7,16 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
+from rich.markup import escape
 
 from spatial_relations_ros.cli.options import SeedOption
-from spatial_relations_ros.cli.output import JsonOption, Output, progress_bar
+from spatial_relations_ros.cli.output import (
+    JsonOption,
+    Output,
+    check_file,
+    check_folder,
+    progress_bar,
+)
 
 if TYPE_CHECKING:
     from spatial_relations_ros.learning.trainer import TrainingProgress
@@ -57,6 +64,8 @@ def train(
     """
     if out.suffix != '.safetensors':
         raise typer.BadParameter(f'--out {out}: weights are written as .safetensors')
+    check_file(out, '--out')
+    check_folder(run_dir, '--run-dir')
     from spatial_relations_ros.evaluation.training import train_metric
 
     output = Output(json_path)
@@ -78,7 +87,9 @@ def train(
         )
     if card is None:
         return
-    output.say(f'weights in [bold]{out}[/], {card.steps} steps, sha256 {card.sha256[:12]}')
+    output.say(
+        f'weights in [bold]{escape(str(out))}[/], {card.steps} steps, sha256 {card.sha256[:12]}'
+    )
     output.table(
         ('retrieval on held-out objects', ''),
         [

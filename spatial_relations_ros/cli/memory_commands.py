@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import dataclasses
 import time
+from pathlib import Path
 from typing import Annotated
 
 import typer
+from rich.markup import escape
 
 from spatial_relations_ros.cli.options import (
     DataOption,
@@ -51,7 +53,7 @@ def remember(
     embedding = metric.embed_scenes([loaded])[0]
     with RelationMemory(memory) as store:
         store.remember(name, loaded, embedding, metric.model_hash, replace=replace)
-        output.say(f'remembered [bold]{name}[/] in {store.path}')
+        output.say(f'remembered [bold]{escape(name)}[/] in {escape(str(store.path))}')
         output.write_json({'name': name, 'memory': str(store.path)})
 
 
@@ -69,6 +71,7 @@ def nearest(
 ) -> None:
     """The remembered relations that are most like a scene's."""
     output = Output(json_path)
+    _check_there(memory)
     loaded = SceneSource('', scene, data, base, relative, poses, objects=objects).load()
     from spatial_relations_ros.learning import load_metric
     from spatial_relations_ros.memory import RelationMemory
@@ -92,10 +95,11 @@ def list_relations(memory: MemoryOption = None, json_path: JsonOption = None) ->
     from spatial_relations_ros.memory import RelationMemory
 
     output = Output(json_path)
+    _check_there(memory)
     with RelationMemory(memory) as store:
         relations = store.list()
         noun = 'relation' if len(relations) == 1 else 'relations'
-        output.say(f'{len(relations)} {noun} in {store.path}')
+        output.say(f'{len(relations)} {noun} in {escape(str(store.path))}')
     output.table(
         ('name', 'base', 'relative', 'model'),
         [(item.name, item.base_id, item.relative_id, item.model_hash[:12]) for item in relations],
@@ -108,7 +112,14 @@ def forget(name: NameArgument, memory: MemoryOption = None, json_path: JsonOptio
     from spatial_relations_ros.memory import RelationMemory
 
     output = Output(json_path)
+    _check_there(memory)
     with RelationMemory(memory) as store:
         store.forget(name)
-    output.say(f'forgot [bold]{name}[/]')
+    output.say(f'forgot [bold]{escape(name)}[/]')
     output.write_json({'name': name})
+
+
+def _check_there(memory: Path | None) -> None:
+    """Refuses a mistyped file, which would be made anew, of commands that only look into it."""
+    if memory is not None and not memory.is_file():
+        raise typer.BadParameter(f'--memory: there is no file {memory}')

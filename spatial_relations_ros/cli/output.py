@@ -14,6 +14,7 @@ from typing import Annotated, Any, Protocol
 
 import typer
 from rich.console import Console
+from rich.markup import escape
 from rich.progress import (
     BarColumn,
     MofNCompleteColumn,
@@ -58,7 +59,7 @@ class Output:
         self._json_path = json_path
         self.console = Console(stderr=self._to_stdout, highlight=False)
         if json_path is not None and not self._to_stdout:
-            _check_writable(json_path)
+            check_file(json_path, '--json')
 
     @property
     def _to_stdout(self) -> bool:
@@ -82,7 +83,9 @@ class Output:
         self, columns: Sequence[str], rows: Sequence[Sequence[object]], *, title: str = ''
     ) -> None:
         """Prints a table; numbers stand at the right."""
-        table = Table(title=title or None, title_justify='left', header_style='bold', box=None)
+        table = Table(
+            title=escape(title) or None, title_justify='left', header_style='bold', box=None
+        )
         for idx, column in enumerate(columns):
             numeric = bool(rows) and all(isinstance(row[idx], int | float) for row in rows)
             table.add_column(column, justify='right' if numeric else 'left', overflow='fold')
@@ -121,18 +124,37 @@ def _plain(value: Any) -> Any:
 
 
 def _shown(value: object) -> str:
-    return f'{value:.4g}' if isinstance(value, float) else str(value)
+    return f'{value:.4g}' if isinstance(value, float) else escape(str(value))
 
 
-def _check_writable(path: Path) -> None:
-    """Fails before the work and not after it."""
-    folder = path if path.is_dir() else path.parent
+def check_file(path: Path | None, option: str) -> None:
+    """Refuses a file that cannot be written, before the work and not after it.
+
+    Raises:
+        typer.BadParameter: naming the option.
+    """
+    if path is None:
+        return
     if path.is_dir():
-        raise typer.BadParameter(f'{path} is a folder; --json takes a file')
-    while not folder.exists():
-        folder = folder.parent
-    if not os.access(folder, os.W_OK):
-        raise typer.BadParameter(f'{path} cannot be written')
+        raise typer.BadParameter(f'{path} is a folder; {option} takes a file')
+    check_folder(path.parent, option)
+
+
+def check_folder(folder: Path | None, option: str) -> None:
+    """Refuses a folder that cannot be made or written into, before the work.
+
+    Raises:
+        typer.BadParameter: naming the option.
+    """
+    if folder is None:
+        return
+    there = folder
+    while not there.exists():
+        there = there.parent
+    if not there.is_dir():
+        raise typer.BadParameter(f'{option}: {there} is a file, not a folder')
+    if not os.access(there, os.W_OK):
+        raise typer.BadParameter(f'{option}: {there} cannot be written into')
 
 
 @contextmanager

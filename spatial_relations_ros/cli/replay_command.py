@@ -14,7 +14,13 @@ from spatial_relations_ros.cli.bag_publishing import publish_bag
 from spatial_relations_ros.cli.error_reports import FAILED
 from spatial_relations_ros.cli.imitation_files import REPORT_SUFFIXES, check_suffix
 from spatial_relations_ros.cli.options import SeedOption, WeightsOption
-from spatial_relations_ros.cli.output import JsonOption, Output, json_text, progress_bar
+from spatial_relations_ros.cli.output import (
+    JsonOption,
+    Output,
+    check_file,
+    json_text,
+    progress_bar,
+)
 from spatial_relations_ros.cli.recording import RerunOption, check_recording, record_reports
 from spatial_relations_ros.cli.replay_output import show_report, show_timing, write_page
 
@@ -148,6 +154,8 @@ def replay(
     from spatial_relations_ros.learning import load_metric
 
     output = Output(json_path)
+    check_file(csv, '--csv')
+    check_file(timing, '--timing')
     check_suffix(page, '--report', REPORT_SUFFIXES)
     check_recording(recording)
     metric = None if reference is None else load_metric(weights)

@@ -10,7 +10,13 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from spatial_relations_ros.cli.options import SeedOption
-from spatial_relations_ros.cli.output import JsonOption, Output, progress_bar
+from spatial_relations_ros.cli.output import (
+    JsonOption,
+    Output,
+    check_file,
+    check_folder,
+    progress_bar,
+)
 
 if TYPE_CHECKING:
     from spatial_relations_ros.evaluation.comparison import ComparedMetric
@@ -87,6 +93,8 @@ def retrieve(
     from spatial_relations_ros.evaluation.training import describe_data
 
     output = Output(json_path)
+    check_file(markdown, '--markdown')
+    check_folder(pictures, '--pictures')
     dataset = read_dataset(folder)
     scenes = LabelledScenes.of(dataset)
     data = describe_data(folder, dataset)

@@ -86,6 +86,8 @@ class SceneSource:
         ]
         if given and missing:
             raise typer.BadParameter(f'{title}: {", ".join(missing)} missing')
+        if self.remembered is not None and self.memory is not None and not self.memory.is_file():
+            raise typer.BadParameter(f'--memory: there is no file {self.memory}')
         if self.name is not None and self.data is None:
             raise typer.BadParameter(
                 f'{named} {self.name} needs --data, the folder of its dataset'

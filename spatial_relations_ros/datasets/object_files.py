@@ -17,6 +17,7 @@ from spatial_relations_ros.core import (
     atomic_write,
 )
 from spatial_relations_ros.datasets.pcd_header import check_pcd_header
+from spatial_relations_ros.datasets.ply_header import check_ply_header
 
 MODEL_SUFFIXES = ('.ply', '.pcd', '.obj', '.stl', '.off')
 PAPER_CLOUD_ENDING = '_uniform_leafzise_0.001'
@@ -52,6 +53,8 @@ def load_object_model(
     path = Path(path)
     _check_file(path)
     suffix = path.suffix.lower()
+    if suffix == '.ply':
+        check_ply_header(path)
     with o3d.utility.VerbosityContextManager(o3d.utility.VerbosityLevel.Error):
         mesh = None if suffix == '.pcd' else _read_mesh(path)
         points = (

@@ -132,7 +132,7 @@ class AnswerMaker:
         """For another heading than the demonstration's, and for long ways."""
         ways = [p.target.translation - p.current.translation for p in answer.placements]
         way = float(np.linalg.norm(ways, axis=1).sum()) / self.objective.extent
-        penalty = float(self.objective.heading_penalty(self._tensors(answer)[1])[0])
+        penalty = float(self.objective.heading_penalty(*self._tensors(answer))[0])
         return penalty + _WAY_WEIGHT * min(way, _LONG_WAY)
 
     def _tensors(self, answer: ImitationAnswer) -> tuple[torch.Tensor, torch.Tensor]:

@@ -108,7 +108,7 @@ class Objective:
             total = total + self.physics_weight * self._physics(rotations, translations)
         if self.layout_weight > 0.0:
             total = total + self.layout_weight * self.layout_difference(rotations, translations)
-        return total + self.heading_penalty(translations)
+        return total + self.heading_penalty(rotations, translations)
 
     def layout_difference(self, rotations: Tensor, translations: Tensor) -> Tensor:
         """How far the layout of scenes (K,) is from the demonstration's; a half is another place.
@@ -120,11 +120,12 @@ class Objective:
         difference: Tensor = layout.difference(self.layout)
         return difference
 
-    def heading_penalty(self, translations: Tensor) -> Tensor:
-        """How far scenes (K,) with translations (K, 2, 3) are off the heading to keep."""
+    def heading_penalty(self, rotations: Tensor, translations: Tensor) -> Tensor:
+        """How far scenes (K,) with poses (K, 2, 3, 3), (K, 2, 3) are off the heading to keep."""
         if self.heading is None:
             return torch.zeros(len(translations))
-        offset = (translations[:, 1] - translations[:, 0])[:, :2]
+        middles = (rotations @ self.clouds.mean(dim=1)[None, :, :, None])[..., 0] + translations
+        offset = (middles[:, 1] - middles[:, 0])[:, :2]
         length = offset.norm(dim=-1).clamp_min(1e-6)
         misalignment = 1.0 - (offset @ self.heading) / length
         # Objects above each other have no heading: the term fades with their offset.

@@ -67,6 +67,7 @@ class Placing:
         moves = self._moves(0, targets[0]), self._moves(1, targets[1])
         plan = self._planner.plan(goal, moves)
         placements, violations = [], []
+        ids = self.test.object_ids
         depth = overlap_depth(*goal)
         for k, approach in enumerate(plan.approaches):
             check = self._check(k, goal, depth)
@@ -74,9 +75,12 @@ class Placing:
             placements.append(placement)
             if self.movable[k]:
                 violations += [*check.violations, *problems]
+            elif moves[1 - k] and self._planner.carries(1 - k) and not check.supported:
+                violations.append(
+                    f'{ids[k]} stands on {ids[1 - k]} and would fall when that is moved'
+                )
         if all(self.movable) and moves[0] and not violations:
             violations += self._tipping(goal)
-        ids = self.test.object_ids
         order = tuple(Move(ids[idx], to_target) for idx, to_target in plan.steps)
         return Placed((placements[0], placements[1]), tuple(violations), order)
 

@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
 from spatial_relations_ros.imitation.candidates import Candidate
 from spatial_relations_ros.imitation.proposals import Proposal
 from spatial_relations_ros.imitation.statics import rest_together, rests
 from spatial_relations_ros.imitation.targets import Targets
-from spatial_relations_ros.placement.resting import UP
+from spatial_relations_ros.placement.body import Placed
+from spatial_relations_ros.placement.resting import UP, about_z
 from spatial_relations_ros.placement.settling import Manner, settle
 from spatial_relations_ros.placement.stability import TABLE_TILT_RAD
 from spatial_relations_ros.placement.tipping import MAX_ROLL_RAD, Ground, tipped
@@ -20,8 +23,14 @@ _HAIR = 3e-4
 class Rest:
     """The rest of one request's candidates."""
 
-    def __init__(self, targets: Targets) -> None:
-        self._targets = targets
+    def __init__(self, targets: Targets, *, upright: bool = False) -> None:
+        """Begins a request.
+
+        Args:
+            targets: where the objects may go.
+            upright: whether they are turned about the vertical only.
+        """
+        self._targets, self._upright = targets, upright
         # Measured once: ranking and checks ask for it again.
         self._grounds: dict[Proposal, Ground | None] = {}
 
@@ -38,6 +47,11 @@ class Rest:
         base, relative = (
             self._targets.tabletop.placed(role, pose) for role, pose in enumerate(candidate.poses)
         )
+        if self._upright:
+            base, relative = (
+                _upright(placed, now)
+                for placed, now in zip((base, relative), self._targets.now, strict=True)
+            )
         if self._targets.movable[0]:
             base = base.on_table()
         if not exact:
@@ -49,7 +63,7 @@ class Rest:
                 break
         else:
             return None
-        if exact and manner is Manner.DROPPED:
+        if exact and manner is Manner.DROPPED and not self._upright:
             placed = tipped(relative, base) or tipped(placed, base) or placed
         cell = candidate.proposal.cell if candidate.proposal else 0
         proposal = Proposal(base, placed, manner, cell)
@@ -90,3 +104,10 @@ class Rest:
             raised = proposal.relative.moved(_HAIR * UP)
             self._grounds[proposal] = Ground.below(raised, proposal.base)
         return self._grounds[proposal]
+
+
+def _upright(placed: Placed, now: Placed) -> Placed:
+    """The body as it stands now, at the place and heading of a placed one."""
+    turn = placed.rotation @ now.rotation.T
+    yaw = about_z(float(np.arctan2(turn[1, 0], turn[0, 0])))
+    return Placed(placed.body, yaw @ now.rotation, placed.translation)

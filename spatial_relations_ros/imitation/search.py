@@ -80,7 +80,7 @@ class PlacementSearch:
         self._objective, self._options, self._movable = objective, options, movable
         self._reaching = Reaching(test, objective.shapes, movable, options)
         self._targets = Targets(test, tabletop, movable)
-        self.rest = Rest(self._targets)
+        self.rest = Rest(self._targets, upright=options.keep_upright)
         self.appraisal = Appraisal(self._targets, self._reaching, options, arrangement)
         self._rng = np.random.default_rng(options.seed)
         base, relative = self._targets.now
@@ -163,7 +163,8 @@ class PlacementSearch:
         return self._compared(at_rest[:_NUM_RESTING])
 
     def _on_footholds(self) -> Iterator[Proposal]:
-        if self.appraisal.needs_foothold:
+        # What is let down onto a foothold tips until it rests there.
+        if self.appraisal.needs_foothold and not self._options.keep_upright:
             yield from self._proposer.on_footholds(_NUM_FOOTHOLDS)
 
     def _repeated(self, cells: Sequence[int]) -> list[int]:
@@ -171,7 +172,8 @@ class PlacementSearch:
 
     def _rested(self, proposal: Proposal | None) -> Proposal | None:
         """What was let down tilted until it rests; None where it does not."""
-        if proposal is None or proposal.manner is not Manner.DROPPED:
+        may_tip = not self._options.keep_upright
+        if proposal is None or not (may_tip and proposal.manner is Manner.DROPPED):
             return proposal
         placed = tipped(proposal.relative, proposal.base)
         return None if placed is None else replace(proposal, relative=placed)

@@ -61,6 +61,8 @@ def find_footholds(moving: Placed, fixed: Placed, rng: np.random.Generator) -> F
     windows = sliding_window_view(tops, below.shape)
     centre = moving.centre_of_mass()
     places = _places(tops, np.round((centre[:2] - corner) / step - 0.5), below.shape, rng)
+    if not len(places):
+        return Footholds(np.empty((0, 2)), np.empty(0))
     picked = windows[places[:, 0], places[:, 1]].reshape(len(places), -1)
     is_there = np.isfinite(below.ravel())
     gaps = (below.ravel()[is_there] - picked[:, is_there]).astype(np.float32)

@@ -19,6 +19,8 @@ def lean_angle_rad(placed: Placed, *, least_margin: float = _LEAST_MARGIN) -> fl
     """
     poses = placed.body.model.rest_poses
     steady = [pose for pose in poses if pose.margin > least_margin] or list(poses)
+    if not steady:  # too small for any to be found
+        return 0.0
     ups = np.array([pose.rotation[2] for pose in steady])
     cosine = float((ups @ placed.rotation[2]).max())
     return float(np.arccos(np.clip(cosine, -1.0, 1.0)))

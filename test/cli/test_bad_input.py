@@ -119,6 +119,42 @@ def test_a_json_file_that_cannot_be_written_is_refused_before_the_work(relations
     assert 'is a folder' in result.stderr
 
 
+@pytest.mark.parametrize(
+    'arguments',
+    [
+        ['train', 'DATA', '--out', 'FILE/w.safetensors', '--steps', '1'],
+        ['train', 'DATA', '--out', 'w.safetensors', '--run-dir', 'FILE', '--steps', '1'],
+        ['imitate', '--out', 'FILE'],
+        ['imitate', '--report', 'FILE/report.html'],
+        ['imitate', '--animation', 'FILE/way.gif'],
+        ['imitate', '--json', 'FILE/x.json'],
+        ['retrieve', 'DATA', '--markdown', 'FILE/table.md'],
+        ['retrieve', 'DATA', '--pictures', 'FILE/pictures'],
+        ['generalize', 'DATA', '--pictures', 'FILE'],
+        ['replay', 'nowhere', '--csv', 'FILE/rows.csv'],
+    ],
+)
+def test_places_that_cannot_be_written_are_refused_before_the_work(
+    relations, data, tmp_path, arguments
+):
+    file = tmp_path / 'file'
+    file.write_text('not a folder')
+    words = (argument.replace('FILE', str(file)) for argument in arguments)
+    result = relations(*(data if word == 'DATA' else word for word in words))
+    assert result.exit_code == 2, result.output
+    assert 'is a file, not a folder' in ' '.join(result.stderr.split())
+
+
+def test_options_that_would_be_ignored_are_refused(relations, data, scene_files, weights):
+    files = [
+        option for role in ('reference', 'test') for option in scene_files[role].options(role)
+    ]
+    for option, value in (('--data', data), ('--memory', 'relations.sqlite3')):
+        result = relations('imitate', *files, option, value, '--weights', weights)
+        assert result.exit_code == 2, result.output
+        assert f'{option} goes with' in result.stderr
+
+
 def test_units_that_look_wrong_are_warned_about(relations, scene_files, weights, tmp_path):
     huge = tmp_path / 'huge.off'
     huge.write_text('OFF\n4 2 0\n0 0 0\n100 0 0\n0 100 0\n0 0 100\n3 0 1 2\n3 0 2 3\n')

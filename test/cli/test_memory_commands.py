@@ -65,3 +65,27 @@ def test_other_weights_embed_what_is_remembered_anew(relations, data, weights, c
     assert json.loads(found.stdout)['neighbours'][0]['distance'] < 1e-3
     after = json.loads(relations('list', '--json', '-').stdout)['relations'][0]['model_hash']
     assert after == json.loads(found.stdout)['model_hash'] != before
+
+
+def test_names_with_brackets_are_shown_as_they_are(relations, data, weights):
+    name = 'a [/b] [on] c'
+    scene = ['--data', data, '--scene', 'tray_cup_0', '--weights', weights]
+    for command in (['remember', name, *scene], ['list'], ['nearest', *scene]):
+        result = relations(*command)
+        assert result.exit_code == 0, result.output
+        assert name in result.stdout
+    listed = json.loads(relations('list', '--json', '-').stdout)['relations']
+    assert [item['name'] for item in listed] == [name]
+    forgotten = relations('forget', name)
+    assert name in forgotten.stdout
+
+
+def test_a_mistyped_file_is_not_made_by_looking_into_it(relations, data, weights, tmp_path):
+    typo = tmp_path / 'typo.sqlite3'
+    scene = ['--data', data, '--scene', 'tray_cup_0', '--weights', weights]
+    remembered = ['imitate', '--remembered', 'x', '--data', data, '--test', 'carton_can_0']
+    for command in (['list'], ['nearest', *scene], ['forget', 'x'], remembered):
+        result = relations(*command, '--memory', typo)
+        assert result.exit_code == 2, result.output
+        assert 'there is no file' in result.stderr
+    assert not typo.exists()

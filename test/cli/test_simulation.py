@@ -17,8 +17,10 @@ def arguments(scene_files, weights, out):
 @pytest.mark.skipif(not HAS_MUJOCO, reason='needs MuJoCo, the extra physics')
 def test_answers_are_let_go_when_asked_for(relations, scene_files, weights, tmp_path):
     out = tmp_path / 'result.json'
-    result = relations(*arguments(scene_files, weights, out))
+    folder = tmp_path / 'shown'
+    result = relations(*arguments(scene_files, weights, out), '--out', folder)
     assert result.exit_code in (0, 1), result.output
+    assert (folder / 'result.json').read_bytes() == out.read_bytes()
     assert 'in simulation' in result.output
     for answer in json.loads(out.read_text())['answers']:
         simulation = answer['simulation']

@@ -124,3 +124,37 @@ def test_library_finds_models_by_id(mesh, tmp_path):
         library['pot']
     with pytest.raises(CloudFormatError, match='no folder of object models'):
         ObjectLibrary(tmp_path / 'absent')
+
+
+@pytest.mark.parametrize('is_ascii', [False, True])
+@pytest.mark.parametrize('share', [0.99, 0.9, 0.5, 0.1, 0.01])
+def test_plys_that_are_cut_off_are_refused(mesh, tmp_path, is_ascii, share):
+    path = tmp_path / 'bowl.ply'
+    written = o3d.geometry.TriangleMesh(
+        o3d.utility.Vector3dVector(mesh.vertices.astype(np.float64)),
+        o3d.utility.Vector3iVector(np.array(mesh.triangles)),
+    )
+    assert o3d.io.write_triangle_mesh(path, written, write_ascii=is_ascii)
+    read, _ = load_object_model(path)
+    assert read is not None
+    assert len(read.triangles) == len(mesh.triangles)
+    content = path.read_bytes()
+    path.write_bytes(content[: int(share * len(content))])
+    with pytest.raises(CloudFormatError, match='cut off'):
+        load_object_model(path)
+
+
+@pytest.mark.parametrize(
+    ('header', 'message'),
+    [
+        ('ply\nelement vertex 1\nend_header\n', 'no format'),
+        ('ply\nformat binary 1.0\nend_header\n', 'ply:2: .* is no line of a ply header'),
+        ('ply\nformat ascii 1.0\nproperty float x\nend_header\n', 'ply:3'),
+        ('ply\nformat ascii 1.0\nelement vertex many\nend_header\n', 'ply:3'),
+        ('solid bowl\n', 'ply:1'),
+    ],
+)
+def test_headers_of_plys_that_make_no_sense(tmp_path, header, message):
+    (tmp_path / 'bowl.ply').write_text(header)
+    with pytest.raises(CloudFormatError, match=message):
+        load_object_model(tmp_path / 'bowl.ply')

@@ -1,5 +1,6 @@
 """Commands that cannot run here are checked against what there is: nothing in them is made up."""
 
+import json
 import re
 from importlib.util import find_spec
 
@@ -92,3 +93,9 @@ def test_the_check_sees_a_command_that_does_not_exist(words):
 def test_the_check_sees_an_option_that_does_not_exist():
     with pytest.raises(Exception, match='--no-such-option'):
         check_relations(['imitate', '--no-such-option'])
+
+
+def test_the_pose_file_that_is_shown_is_the_one_that_is_used():
+    page = 'docs/quick-start-pip.md'
+    (shown,) = (block.body for block in blocks(page) if block.language == 'json')
+    assert json.loads(shown) == json.loads((ROOT / 'examples' / 'cup_on_plate.json').read_text())

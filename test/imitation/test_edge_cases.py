@@ -5,6 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 import torch
+from manifold3d import Manifold
 
 from spatial_relations_ros.core import (
     ImitationError,
@@ -47,6 +48,44 @@ def test_two_identical_objects_are_stacked(metric, on_top, solids):
     result = imitate(metric, on_top, twins)
     assert result.answers[0].feasible
     assert result.answers[0].distance < result.initial_distance
+
+
+def test_a_base_that_stands_on_the_relative_is_not_left_in_the_air(metric, on_top, solids):
+    stack = Scene(
+        solids.box('tray', (0.2, 0.16, 0.03), (0.0, 0.0, 0.136)),
+        solids.box('can', (0.07, 0.07, 0.12), (0.0, 0.0, 0.06)),
+    )
+    alone = imitate(metric, on_top, stack, ImitationOptions())
+    assert not alone.success
+    assert 'tray stands on can and would fall' in ' '.join(alone.answers[0].violations)
+    both = imitate(metric, on_top, stack, ImitationOptions(movable=('base', 'relative')))
+    assert both.success, both.message
+
+
+def test_an_object_that_is_kept_upright_does_not_tip(metric, on_top, solids):
+    corners = np.array([(x, y) for x in (-0.12, 0.12) for y in (-0.1, 0.1)])
+    slope = Manifold.hull_points(
+        np.array([(x, y, z) for x, y in corners for z in (0.0, 0.05 + 0.1 * x)])
+    )
+    test = Scene(
+        solids.of('wedge', slope, (0.0, 0.0, 0.0)),
+        solids.box('carton', (0.08, 0.08, 0.1), (0.4, 0.0, 0.05)),
+    )
+
+    def tilts(options):
+        answers = imitate(metric, on_top, test, options).answers
+        ups = [answer.placements[1].target.rotation[2, 2] for answer in answers]
+        return np.degrees(np.arccos(np.clip(ups, -1.0, 1.0)))
+
+    assert tilts(ImitationOptions(num_answers=3)).max() > 4.0, 'it tips onto the slope'
+    assert tilts(ImitationOptions(num_answers=3, keep_upright=True)).max() < 0.1
+
+
+@pytest.mark.parametrize('above', [0.01, 0.5])
+def test_a_table_above_the_base_is_no_trouble(metric, on_top, apart, above):
+    top = float(apart.base.world_points[:, 2].max())
+    result = imitate(metric, on_top, apart, ImitationOptions(table_height=top + above))
+    assert result.message
 
 
 def test_a_mesh_with_a_hole_is_imitated_as_the_solid_of_its_cloud(metric, on_top, apart):

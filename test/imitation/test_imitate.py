@@ -14,6 +14,8 @@ from spatial_relations_ros.core import (
 )
 from spatial_relations_ros.core.rotations import matrix_from_rotvec
 from spatial_relations_ros.imitation import ImitationOptions, imitate
+from spatial_relations_ros.imitation.objective_setup import make_objective
+from spatial_relations_ros.imitation.poses import pose_tensors
 
 QUICK = ImitationOptions(num_starts=2, max_steps=12)
 
@@ -93,12 +95,16 @@ def test_several_answers_are_distinct_and_ranked(metric, on_top, apart):
     assert 1 < len(answers) <= 4
     similar = 0.5 if metric.calibration is None else metric.calibration.same_relation_distance
     keys = [
-        (not (answer.feasible and answer.distance < similar), answer.distance)
+        (
+            not (answer.feasible and answer.distance < similar),
+            not answer.alike,
+            answer.distance + answer.handicap,
+        )
         for answer in answers
     ]
     assert keys == sorted(keys)
     # The scene as it stands and attempts that failed are no alternatives.
-    assert not any(failed for failed, _ in keys[1:])
+    assert not any(failed for failed, *_ in keys[1:])
     for i, first in enumerate(answers):
         for second in answers[i + 1 :]:
             a, b = first.placements[1].target, second.placements[1].target
@@ -192,6 +198,30 @@ def test_keeping_the_heading_puts_it_on_the_demonstrated_side(metric, solids, ap
     offset = placements[1].target.translation - placements[0].target.translation
     assert offset[1] < -0.05
     assert abs(offset[0]) < abs(offset[1])
+
+
+def test_the_heading_does_not_depend_on_where_a_mesh_has_its_origin(metric, on_top, apart):
+    def penalty(scene):
+        options = ImitationOptions(keep_heading=True)
+        objective = make_objective(metric, beside, scene, options)
+        poses = tuple(item.world_from_object for item in scene.objects)
+        return float(objective.heading_penalty(*pose_tensors([poses], objective.origin))[0])
+
+    beside = apart
+    turned = Pose.from_rotation(matrix_from_rotvec(np.array([0.0, 0.0, 0.8])), (0.1, 0.3, 0.02))
+    scene = apart.with_poses(turned, apart.relative.world_from_object)
+    assert penalty(scene) > 0.1
+    shift = np.array([0.0, 0.3, 0.0])
+    base = dataclasses.replace(
+        scene.base,
+        points=(scene.base.points + shift).astype(np.float32),
+        mesh=None,
+        world_from_object=Pose(turned.apply(-shift), turned.quat_wxyz),
+    )
+    plain = dataclasses.replace(scene.base, mesh=None)
+    assert penalty(Scene(base, scene.relative)) == pytest.approx(
+        penalty(Scene(plain, scene.relative)), abs=1e-3
+    )
 
 
 def test_clouds_without_meshes_are_imitated_too(metric, on_top, apart):

@@ -129,6 +129,10 @@ class MovePlanner:
     def _approach(self, target: Body, others: Sequence[Body]) -> Approach:
         return find_approach(target, others, self.obstacles, self.approach_length)
 
+    def carries(self, idx: int) -> bool:
+        """Whether the other object would fall if this one were taken away now."""
+        return self._carriers[idx]
+
     @cached_property
     def _carriers(self) -> tuple[bool, bool]:
         """Of each object, whether the other one would fall if it were taken away now."""
@@ -136,10 +140,13 @@ class MovePlanner:
 
     def _carries(self, idx: int) -> bool:
         carrier, load = self.now[idx], self.now[1 - idx]
-        return (
-            _touches(carrier, load)
-            and is_supported(load, carrier, self.table_height)
-            and not self._stands_alone(load, carrier)
+        if not _touches(carrier, load):
+            return False
+        # Tracked poses leave hairs of air between objects that touch.
+        air = max(signed_gap(carrier, load), 0.0)
+        resting = load.shifted(np.array([0.0, 0.0, -air]))
+        return is_supported(resting, carrier, self.table_height) and not self._stands_alone(
+            load, carrier
         )
 
     def _stands_alone(self, body: Body, other: Body) -> bool:
