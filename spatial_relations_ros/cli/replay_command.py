@@ -198,7 +198,9 @@ def _topics(
         raise typer.BadParameter(
             '--points-topic goes together with --tracked-topic or --pose-topic'
         )
-    return BagTopics(points, tuple(tracked_objects), pose_topics(pose_entries))
+    return BagTopics(
+        points, tuple(tracked_objects), pose_topics(pose_entries, name='--pose-topic')
+    )
 
 
 def _executor(num_jobs: int, cluster: str | None) -> Executor:

@@ -7,10 +7,14 @@ from collections.abc import Sequence
 from spatial_relations_ros.core import ConfigError
 
 
-def pose_topics(entries: Sequence[str]) -> dict[str, str]:
+def pose_topics(entries: Sequence[str], *, name: str = 'pose_topics') -> dict[str, str]:
     """Object ids and their topics of PoseStamped messages.
 
     ``/simtrack/bowl`` is the topic of the object ``bowl``; ``cup=/some/pose`` names the object.
+
+    Args:
+        entries: topics.
+        name: of the parameter or option that holds them.
 
     Raises:
         ConfigError: for an entry without an object id or a topic, or two of one object.
@@ -21,10 +25,10 @@ def pose_topics(entries: Sequence[str]) -> dict[str, str]:
         if not separator:
             object_id, topic = entry.rstrip('/').rpartition('/')[2], entry
         if not object_id or not topic:
-            raise ConfigError(f'{entry!r} is no pose topic; expected "/topic/id" or "id=/topic"')
+            raise ConfigError(f'{name} has {entry!r}; expected "/topic/id" or "id=/topic"')
         if object_id in topics:
             raise ConfigError(
-                f'{topics[object_id]} and {topic} are pose topics of one object {object_id!r}; '
+                f'{name} has {topics[object_id]} and {topic} of one object {object_id!r}; '
                 f'name the objects, as in "cup={topic}"'
             )
         topics[object_id] = topic

@@ -15,7 +15,7 @@ def test_an_object_is_named_by_its_topic_or_before_it():
 
 @pytest.mark.parametrize('entry', ['/', '=/x', 'cup='])
 def test_what_names_nothing_is_refused(entry):
-    with pytest.raises(ConfigError, match='no pose topic'):
+    with pytest.raises(ConfigError, match='pose_topics has'):
         pose_topics([entry])
 
 

@@ -167,16 +167,18 @@ def test_a_goal_that_runs_is_answered_at_the_end() -> None:
     results: list[Any] = []
 
     def interrupt() -> None:
-        assert client.wait_for_server(TIMEOUT_SEC)
-        sent = sent_by(
-            node.executor,
-            lambda: client.send_goal_async(ImitateRelation.Goal(), lambda _: works.set()),
-            TIMEOUT_SEC,
-        )
-        handle = wait_for(sent, TIMEOUT_SEC)
-        results.append(sent_by(node.executor, handle.get_result_async, TIMEOUT_SEC))
-        works.wait(TIMEOUT_SEC)
-        ask(signal.SIGTERM)
+        try:
+            assert client.wait_for_server(TIMEOUT_SEC)
+            sent = sent_by(
+                node.executor,
+                lambda: client.send_goal_async(ImitateRelation.Goal(), lambda _: works.set()),
+                TIMEOUT_SEC,
+            )
+            handle = wait_for(sent, TIMEOUT_SEC)
+            results.append(sent_by(node.executor, handle.get_result_async, TIMEOUT_SEC))
+            works.wait(TIMEOUT_SEC)
+        finally:  # also when something fails: the node would run on
+            ask(signal.SIGTERM)
 
     threading.Thread(target=interrupt).start()
     assert run_node(Working, []) == 0

@@ -67,3 +67,31 @@ def test_another_thread_may_set_it() -> None:
     threading.Timer(0.05, request.set).start()
     assert request.wait(TIMEOUT_SEC)
     assert time.monotonic() - start_sec < TIMEOUT_SEC / 2.0
+
+
+def test_a_signal_that_another_thread_takes_wakes_the_main_thread() -> None:
+    """The system chooses the thread; here the main one blocks the signal."""
+    numbers = (signal.SIGINT, signal.SIGTERM)
+    before = {number: signal.getsignal(number) for number in numbers}
+    request = StopRequest.by_signals()
+    taken = threading.Event()
+
+    def take() -> None:
+        signal.pthread_sigmask(signal.SIG_UNBLOCK, [signal.SIGTERM])
+        assert taken.wait(TIMEOUT_SEC)
+
+    signal.pthread_sigmask(signal.SIG_BLOCK, [signal.SIGTERM])
+    taker = threading.Thread(target=take)
+    taker.start()
+    sender = threading.Timer(0.1, lambda: os.kill(os.getpid(), signal.SIGTERM))
+    sender.start()
+    try:
+        assert request.wait(TIMEOUT_SEC / 2.0)
+    finally:
+        taken.set()
+        taker.join()
+        sender.join()
+        signal.pthread_sigmask(signal.SIG_UNBLOCK, [signal.SIGTERM])
+        signal.set_wakeup_fd(-1)
+        for number, handler in before.items():
+            signal.signal(number, handler)

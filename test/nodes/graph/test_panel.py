@@ -41,7 +41,9 @@ def drawn(view: str) -> str:
 
 def choose(page: Browser, name: str, object_ids: list[str]) -> None:
     for role, object_id in zip(('base', 'relative'), object_ids, strict=True):
-        page.choose(f'#{name}-{role}', object_id)
+        field = f'#{name}-{role}'
+        page.wait(f'document.querySelector(\'{field} option[value="{object_id}"]\')', object_id)
+        page.choose(field, object_id)
 
 
 def unexpected(page: Browser) -> list[str]:
