@@ -88,6 +88,15 @@ def test_a_table_above_the_base_is_no_trouble(metric, on_top, apart, above):
     assert result.message
 
 
+def test_a_mug_of_a_millimetre_is_answered(metric, on_top, solids):
+    test = Scene(
+        solids.box('tray', (0.3, 0.2, 0.04), (0.0, 0.0, 0.02)),
+        solids.cup('mug', 0.0005, 0.0012, (0.2, 0.0, 0.0006), wall=0.00005),
+    )
+    result = imitate(metric, on_top, test)
+    assert result.message
+
+
 def test_a_mesh_with_a_hole_is_imitated_as_the_solid_of_its_cloud(metric, on_top, apart):
     whole = apart.relative.mesh
     torn = TriangleMesh(whole.vertices, whole.triangles[1:])
