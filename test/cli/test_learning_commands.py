@@ -47,6 +47,19 @@ def test_several_weights_are_compared_in_one_run(relations, data, weights, calib
     assert 'same file twice' in twice.stderr
 
 
+def test_retrieval_with_the_pose_errors_of_a_tracker(relations, data, calibrated_weights):
+    chosen = ['--weights', calibrated_weights, '--baselines', 'none', '--json', '-']
+    exact, wrong, again = (
+        json.loads(relations('retrieve', data, *chosen, *options).stdout)
+        for options in ([], ['--pose-error', 3], ['--pose-error', 3])
+    )
+    assert (exact['pose_error_deg'], wrong['pose_error_deg']) == (0.0, 3.0)
+    assert exact['data'] == wrong['data']
+    assert wrong['metrics'] == again['metrics']
+    too_much = relations('retrieve', data, '--pose-error', 90)
+    assert too_much.exit_code == 2
+
+
 def test_retrieve_says_which_splits_there_are(relations, data, weights):
     result = relations('retrieve', data, '--weights', weights, '--protocol', 'object')
     assert result.exit_code == 2
