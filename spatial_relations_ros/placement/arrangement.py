@@ -60,7 +60,7 @@ class Arrangement:
             if bottoms[1] < tops[0] - _FOOT_BAND:
                 seat = _seat(base, relative)
         return Arrangement(
-            lean_rad=lean_angle_rad(relative, least_margin=0.0),
+            lean_rad=lean_angle_rad(relative),
             foot=(bottoms[1] - bottoms[0]) / height,
             seat=(seat - tops[0]) / height,
             overhang=max(over.share, 0.0),

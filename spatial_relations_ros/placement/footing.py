@@ -38,12 +38,14 @@ class Footing:
         foot: of the relative's lowest 2 mm.
         outline: of the whole relative seen from above.
         support: of the base's part from 3 mm below the relative's lowest point upwards.
+        base: of the whole base seen from above.
         extent: the longest side of the scene's bounding box.
     """
 
     foot: FloatArray
     outline: FloatArray
     support: FloatArray
+    base: FloatArray
     extent: float
 
     @staticmethod
@@ -54,7 +56,13 @@ class Footing:
         foot = upper[upper[:, 2] < bottom + FOOT_BAND, :2]
         carrying = lower[lower[:, 2] > bottom - SUPPORT_BAND, :2]
         support = _reach(carrying) if len(carrying) else np.full(_NUM_DIRECTIONS, -np.inf)
-        return Footing(_reach(foot), _reach(upper[:, :2]), support, scene_extent(base, relative))
+        return Footing(
+            _reach(foot),
+            _reach(upper[:, :2]),
+            support,
+            _reach(lower[:, :2]),
+            scene_extent(base, relative),
+        )
 
     @cached_property
     def overhang(self) -> FloatArray:
@@ -100,20 +108,31 @@ class Footing:
             return 'near the edge'
         outer_within = self.outline <= self.support
         nearly_centred = np.abs(self.offset) <= OUTER_CENTRED_SHARE * smaller + 1e-3
-        return '' if (outer_within | nearly_centred).all() else 'reaches over the edge'
+        if not (outer_within | nearly_centred).all():
+            return 'reaches over the edge'
+        # Centred on the upper step of stairs, over which it hangs, it is at their edge as well.
+        return 'over a step' if (self._hangs & self._shows(self.base)).any() else ''
 
     def edge_reason(self) -> str:
         """Why the foot does not clearly hang over the border on one side."""
         if not self.is_carried:
             return 'no contact'
+        if not self._hangs.any():
+            return 'hardly over the edge'
+        return '' if (self._hangs & self._shows(self.support)).any() else 'over both edges'
+
+    @property
+    def _hangs(self) -> NDArray[np.bool_]:
+        """Where (48,) the foot clearly reaches over the support."""
         least = np.maximum(
             LEAST_OVERHANG_OF_FOOT * self.foot_width, LEAST_OVERHANG_OF_SCENE * self.extent
         )
-        hanging: NDArray[np.bool_] = self.overhang >= least
-        if not hanging.any():
-            return 'hardly over the edge'
-        shown = _opposite(self.support - self.outline) >= LEAST_SHOWN_OF_SCENE * self.extent
-        return '' if (hanging & shown).any() else 'over both edges'
+        return np.asarray(self.overhang >= least)
+
+    def _shows(self, reach: FloatArray) -> NDArray[np.bool_]:
+        """Where (48,) an outline shows beyond the whole relative on the opposite side."""
+        shown = _opposite(reach - self.outline) >= LEAST_SHOWN_OF_SCENE * self.extent
+        return np.asarray(shown)
 
 
 @dataclass(frozen=True)

@@ -105,6 +105,12 @@ class ObjectModel:
         """All orientations in which the object stands on a table."""
         return find_rest_poses(self.mesh, self.mass_properties.centre)
 
+    @cached_property
+    def level_axes(self) -> FloatArray:
+        """Directions (K, 3) in its frame that point up when it rests, however narrowly."""
+        poses = find_rest_poses(self.mesh, self.mass_properties.centre, min_margin=0.0)
+        return np.array([pose.rotation[2] for pose in poses]).reshape(-1, 3)
+
     @property
     def is_container(self) -> bool:
         """Whether things can be inside of it, rather than on it."""

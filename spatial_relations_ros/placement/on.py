@@ -23,7 +23,7 @@ from spatial_relations_ros.placement.resting import (
 )
 
 MAX_GAP = 0.20
-_TYPICAL_GAP = 0.035
+_TYPICAL_GAP = 0.05
 _TOUCHING_SHARE = 0.12
 _TOP_BAND = 0.002
 _NARROW_TOP = 0.025

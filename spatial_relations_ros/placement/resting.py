@@ -16,13 +16,19 @@ PlacingRule = Callable[[Placed, Placed, np.random.Generator], Placed | str]
 
 # How often people use each way up; measured on the poses of human-made scenes.
 BASE_WAYS: Ways = {
-    RestKind.UPRIGHT: 0.71,
+    RestKind.UPRIGHT: 0.69,
     RestKind.SIDE: 0.23,
-    RestKind.UPSIDE_DOWN: 0.06,
+    RestKind.UPSIDE_DOWN: 0.08,
 }
 RELATIVE_WAYS: Ways = {
     RestKind.UPRIGHT: 0.62,
     RestKind.SIDE: 0.33,
+    RestKind.UPSIDE_DOWN: 0.05,
+}
+# Beside and on what lies, people lay more.
+RELATIVE_WAYS_WHERE_BASE_LIES: Ways = {
+    RestKind.UPRIGHT: 0.40,
+    RestKind.SIDE: 0.55,
     RestKind.UPSIDE_DOWN: 0.05,
 }
 LEANING_WAYS: Ways = {
@@ -69,11 +75,12 @@ def sample_rest_pose(body: Body, weights: Ways, rng: np.random.Generator) -> Res
     """Draws how a body rests; None when it rests in none of the wanted ways.
 
     People do not balance things on small feet: poses that fall when tilted by a few degrees are
-    left out, unless they are on the side (a can may roll, yet it is laid down).
+    left out, unless the axis is level (a can may roll, yet it is laid down).
     """
     by_kind: dict[RestKind, list[RestPose]] = {}
     for pose in body.model.rest_poses:
-        is_steady = pose.tipping_angle_rad > _MIN_TIPPING_ANGLE or pose.kind is RestKind.SIDE
+        lies = abs(pose.rotation[2, 2]) < np.sin(_SLANT)
+        is_steady = pose.tipping_angle_rad > _MIN_TIPPING_ANGLE or lies
         if weights.get(pose.kind, 0.0) > 0.0 and is_steady:
             by_kind.setdefault(pose.kind, []).append(pose)
     if not by_kind:

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from spatial_relations_ros.core import Relation
 from spatial_relations_ros.datasets.generator import measure
 from spatial_relations_ros.datasets.objects.model_of_solid import model_of_solid
-from spatial_relations_ros.datasets.objects.solids import box
+from spatial_relations_ros.datasets.objects.solids import NUM_SEGMENTS, box, solid_of_wall
 from spatial_relations_ros.placement.body import Body, Placed
 from spatial_relations_ros.placement.footing import Footing
 from spatial_relations_ros.placement.leaning import lean_angle_rad
@@ -24,6 +24,7 @@ def body_of(size) -> Body:
 
 
 TABLE_TOP, FOOT = body_of((LARGE, LARGE, 0.05)), body_of((SMALL, SMALL, 0.05))
+HALF_A_FACET = about_z(np.pi / NUM_SEGMENTS)
 POLE = body_of((0.03, 0.03, 0.05))
 
 
@@ -84,6 +85,40 @@ def test_a_box_leans_by_the_angle_to_its_nearest_side(angle_deg):
     assert np.rad2deg(lean_angle_rad(placed)) == pytest.approx(expected, abs=1e-3)
     # A turn about the box's own axis first gives an edge or a corner below, never less lean.
     assert lean_angle_rad(Placed(FOOT, rotation, np.zeros(3))) <= np.deg2rad(54.8)
+
+
+@pytest.mark.parametrize('radius', [0.004, 0.03])
+def test_a_can_on_its_side_does_not_lean(radius):
+    """However narrow the facet on which it lies: half a millimetre, for a pen."""
+    can = Body.of(model_of_solid('can', solid_of_wall([(radius, 0.0), (radius, 0.15)]), {}))
+    axis = np.array([1.0, 0.0, 0.0])
+    for angle_deg, lean_deg in ((90.0, 0.0), (70.0, 20.0), (30.0, 30.0)):
+        turn = about_axis(axis, np.deg2rad(angle_deg)) @ HALF_A_FACET
+        placed = Placed(can, turn, np.zeros(3))
+        assert np.rad2deg(lean_angle_rad(placed)) == pytest.approx(lean_deg, abs=0.1)
+
+
+def test_a_tapered_cup_lies_on_its_side_without_leaning():
+    cup = Body.of(model_of_solid('cup', solid_of_wall([(0.03, 0.0), (0.035, 0.12)]), {}))
+    lies = np.pi / 2.0 - np.arctan(0.005 / 0.12)
+    turn = about_axis(np.array([1.0, 0.0, 0.0]), lies) @ HALF_A_FACET
+    placed = Placed(cup, turn, np.zeros(3))
+    assert np.rad2deg(lean_angle_rad(placed)) == pytest.approx(0.0, abs=0.2)
+
+
+def test_centred_on_a_step_that_it_hangs_over_is_neither_on_top_nor_at_the_edge():
+    """What is on the upper of two steps and reaches over the lower one seems to be at the edge."""
+    steps = box((0.2, 0.2, 0.05)) + box((0.06, 0.2, 0.10)).translate((0.07, 0.0, 0.0))
+    stairs = Placed(
+        Body.of(model_of_solid('stairs', steps, {})), np.eye(3), np.array([0.0, 0.0, 0.05])
+    )
+    on_upper_step = np.array([0.07, 0.0, 0.125])
+    wide, narrow = body_of((0.14, 0.1, 0.05)), body_of((0.03, 0.1, 0.05))
+    over = Footing.of(stairs, Placed(wide, np.eye(3), on_upper_step))
+    within = Footing.of(stairs, Placed(narrow, np.eye(3), on_upper_step))
+    assert over.on_top_reason() == 'over a step'
+    assert over.edge_reason() == 'over both edges'
+    assert within.on_top_reason() == ''
 
 
 def test_measure_names_what_is_wrong():

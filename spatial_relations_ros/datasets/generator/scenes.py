@@ -10,7 +10,7 @@ import numpy as np
 
 from spatial_relations_ros.core import Relation, SpatialRelationsError
 from spatial_relations_ros.datasets.generator.checks import Measured, measure
-from spatial_relations_ros.placement.body import Body
+from spatial_relations_ros.placement.body import Body, Placed
 from spatial_relations_ros.placement.inside import (
     place_inside,
     place_inside_lying,
@@ -28,6 +28,7 @@ from spatial_relations_ros.placement.resting import (
     BASE_WAYS,
     LEANING_WAYS,
     RELATIVE_WAYS,
+    RELATIVE_WAYS_WHERE_BASE_LIES,
     SIDE_ONLY,
     UPRIGHT_ONLY,
     PlacingRule,
@@ -37,8 +38,9 @@ from spatial_relations_ros.placement.resting import (
 )
 
 MAX_ATTEMPTS = 3000
-_FLAT_WEIGHT = 2
+_FAVOURED_WEIGHT = 2
 _FLAT_LEAST_HALF_WIDTH = 0.045
+_TALL_LEAST_RATIO = 2.0
 
 # How the base rests, how the relative does before it is placed, and how it is placed.
 _PLACEMENTS: dict[Relation, tuple[Ways, Ways, PlacingRule]] = {
@@ -125,8 +127,12 @@ def _attempt(
     """Places a pair; the measured scene, or why it is refused."""
     base_ways, relative_ways, rule = _PLACEMENTS[relation]
     fixed = rest_on_table(base, base_ways, rng)
+    if fixed is None:
+        return 'no rest pose'
+    if relative_ways is RELATIVE_WAYS and base_ways is BASE_WAYS and _lies(fixed):
+        relative_ways = RELATIVE_WAYS_WHERE_BASE_LIES
     standing = rest_on_table(relative, relative_ways, rng)
-    if fixed is None or standing is None:
+    if standing is None:
         return 'no rest pose'
     placed = rule(fixed, standing, rng)
     if isinstance(placed, str):
@@ -135,6 +141,11 @@ def _attempt(
     shift = -turn @ fixed.translation * [1.0, 1.0, 0.0]
     base_placed, relative_placed = (body.turned(turn).moved(shift) for body in (fixed, placed))
     return measure(relation, base_placed, relative_placed)
+
+
+def _lies(placed: Placed) -> bool:
+    """Whether a body's upright axis is nearer to level than to up or down."""
+    return bool(abs(placed.rotation[2, 2]) < np.sqrt(0.5))
 
 
 def _pairs(relation: Relation, bodies: Sequence[Body]) -> list[tuple[Body, list[Body]]]:
@@ -147,8 +158,8 @@ def _pairs(relation: Relation, bodies: Sequence[Body]) -> list[tuple[Body, list[
             if body is not base and (relation not in _IN_CONTAINER or _could_hold(base, body))
         ]
         if relatives:
-            is_favoured = relation not in _IN_CONTAINER and _is_flat(base)
-            pairs += [(base, relatives)] * (_FLAT_WEIGHT if is_favoured else 1)
+            is_favoured = relation not in _IN_CONTAINER and (_is_flat(base) or _is_tall(base))
+            pairs += [(base, relatives)] * (_FAVOURED_WEIGHT if is_favoured else 1)
     return pairs
 
 
@@ -156,6 +167,12 @@ def _is_flat(body: Body) -> bool:
     """Plates, lids, trays, boards, books: people like to put things on them."""
     lengths = np.sort(body.model.half_extents)
     return bool(lengths[0] < 0.25 * lengths[1] and lengths[1] > _FLAT_LEAST_HALF_WIDTH)
+
+
+def _is_tall(body: Body) -> bool:
+    """Bottles and sprays, on whose small tops things rarely come to stand by chance."""
+    width, height = body.model.half_extents[:2].max(), body.model.half_extents[2]
+    return bool(height > _TALL_LEAST_RATIO * width)
 
 
 def _could_hold(base: Body, relative: Body) -> bool:
