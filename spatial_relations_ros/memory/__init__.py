@@ -1,8 +1,11 @@
 """Relations remembered under names, and the most alike among them; no ROS."""
 
-from spatial_relations_ros.memory.current_index import Embed
 from spatial_relations_ros.memory.neighbours import Neighbour
-from spatial_relations_ros.memory.relation_memory import RelationMemory, RememberedRelation
+from spatial_relations_ros.memory.relation_memory import (
+    Embed,
+    RelationMemory,
+    RememberedRelation,
+)
 from spatial_relations_ros.memory.schema import default_memory_path
 
 __all__ = [

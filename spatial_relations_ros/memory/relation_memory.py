@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import threading
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from types import TracebackType
@@ -15,8 +16,9 @@ from spatial_relations_ros.core import (
     RelationExistsError,
     Scene,
     UnknownRelationError,
+    WeightsError,
 )
-from spatial_relations_ros.memory.current_index import CurrentIndex, Embed
+from spatial_relations_ros.memory.current_index import CurrentIndex
 from spatial_relations_ros.memory.neighbours import Neighbour, checked_embedding
 from spatial_relations_ros.memory.scene_rows import insert_objects, read_scene
 from spatial_relations_ros.memory.schema import (
@@ -27,7 +29,11 @@ from spatial_relations_ros.memory.schema import (
     transaction,
 )
 
+Embed = Callable[[Sequence[Scene]], NDArray[np.float32]]
+"""Embeddings (B, D) of scenes, as ``RelationMetric.embed_scenes``."""
+
 MAX_NAME_LENGTH = 200
+EMBED_BATCH = 64
 
 
 @dataclass(frozen=True)
@@ -55,7 +61,8 @@ class RelationMemory:
     """Demonstrated relations in one SQLite file.
 
     Several processes may use the file at once; a killed process leaves the last complete state.
-    An object may be used from several threads, each call runs alone.
+    An object may be used from several threads; calls take turns, but none waits while another one
+    embeds scenes.
 
     Args:
         path: the file; made when missing. Below XDG_DATA_HOME by default.
@@ -69,7 +76,7 @@ class RelationMemory:
         self.path = default_memory_path() if path is None else Path(path)
         self._lock = threading.RLock()
         self._connection = open_database(self.path)
-        self._index = CurrentIndex(self._connection, self.path)
+        self._index = CurrentIndex(self._connection)
 
     def close(self) -> None:
         """Closes the file; the object cannot be used afterwards."""
@@ -195,7 +202,8 @@ class RelationMemory:
             k: how many at most.
             model_hash: of the model that made ``embedding``.
             embed: embeds scenes with that model. Relations that another model embedded are
-                embedded anew with it, and kept so.
+                embedded anew with it, and kept so: 64 at a time, on this thread. What it raises
+                ends the search; batches before that are kept.
 
         Raises:
             WeightsError: when relations were embedded by another model and ``embed`` is missing.
@@ -205,7 +213,41 @@ class RelationMemory:
             raise ConfigError(f'asked for {k} neighbours; at least one makes sense')
         vector = checked_embedding(embedding)
         with self._lock, explained(self.path):
-            return self._index.get(model_hash, embed).nearest(vector, k)
+            stale = self._index.update(model_hash)
+            if not stale:
+                return self._index.embeddings.nearest(vector, k)
+        if embed is None:
+            raise WeightsError(
+                f'{len(stale)} of the relations in {self.path} were embedded by another model; '
+                'they have to be embedded anew with this one'
+            )
+        for first in range(0, len(stale), EMBED_BATCH):
+            self._embed_anew(stale[first : first + EMBED_BATCH], model_hash, embed)
+        with self._lock, explained(self.path):
+            # Who embeds with another model meanwhile takes relations away from this search.
+            self._index.update(model_hash)
+            return self._index.embeddings.nearest(vector, k)
+
+    def _embed_anew(self, relation_ids: Sequence[int], model_hash: str, embed: Embed) -> None:
+        """Embeds relations with another model and keeps that."""
+        with self._lock, explained(self.path), snapshot(self._connection):
+            scenes = {
+                relation_id: scene
+                for relation_id in relation_ids
+                if (scene := read_scene(self._connection, relation_id)) is not None
+            }
+        if not scenes:
+            return
+        embeddings = embed(tuple(scenes.values()))  # takes long: nobody may have to wait for it
+        rows = [
+            (model_hash, checked_embedding(vector).tobytes(), relation_id)
+            for relation_id, vector in zip(scenes, embeddings, strict=True)
+        ]
+        # An id is never used twice: a relation that was replaced meanwhile is not touched.
+        with self._lock, explained(self.path), transaction(self._connection):
+            self._connection.executemany(
+                'UPDATE relations SET model_hash = ?, embedding = ? WHERE relation_id = ?', rows
+            )
 
     def _id_of(self, name: str) -> int | None:
         row = self._connection.execute(
