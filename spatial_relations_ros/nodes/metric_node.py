@@ -8,6 +8,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
 from spatial_relations_msgs.srv import (
     Distance,
     Embed,
@@ -26,6 +28,7 @@ from spatial_relations_ros.ros.conversions import scene_to_msg
 from spatial_relations_ros.ros.parameters import ParameterSpec
 from spatial_relations_ros.ros.relations_node import RelationsNode
 from spatial_relations_ros.ros.running import run_node
+from spatial_relations_ros.ros.waiting import SHUTTING_DOWN, BusyError
 
 METRIC_PARAMETERS = (
     *MODEL_PARAMETERS,
@@ -134,9 +137,15 @@ class MetricNode(RelationsNode):
         def job() -> Sequence[Neighbour]:
             metric = self._host.metric()
             embedding = metric.embed_scenes([scene])[0]
-            # Relations that other weights embedded are embedded anew.
+
+            def embed_anew(scenes: Sequence[Scene]) -> NDArray[np.float32]:
+                # All that other weights embedded may take minutes; what is done then is kept.
+                if self._host.worker.is_closing:
+                    raise BusyError(SHUTTING_DOWN)
+                return metric.embed_scenes(scenes)
+
             return self._memory.nearest(
-                embedding, int(request.k) or 1, metric.model_hash, embed=metric.embed_scenes
+                embedding, int(request.k) or 1, metric.model_hash, embed=embed_anew
             )
 
         neighbours = self._host.worker.run(job)
