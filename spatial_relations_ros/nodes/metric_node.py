@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import sys
-import threading
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -21,7 +20,8 @@ from spatial_relations_msgs.srv import (
 )
 
 from spatial_relations_ros.core import InvalidSceneError, Scene
-from spatial_relations_ros.memory import Neighbour, RelationMemory, default_memory_path
+from spatial_relations_ros.memory import Neighbour, default_memory_path
+from spatial_relations_ros.nodes.memory_host import MemoryHost
 from spatial_relations_ros.nodes.model_host import MODEL_PARAMETERS, ModelHost
 from spatial_relations_ros.nodes.scene_client import SCENE_PARAMETERS, SceneClient
 from spatial_relations_ros.ros.conversions import scene_to_msg
@@ -56,9 +56,7 @@ class MetricNode(RelationsNode):
         self._host = host or ModelHost.of_parameters(self.parameters)
         self._scenes = SceneClient(self)
         path = self.parameters.text('memory_path')
-        self._memory_path = Path(path).expanduser() if path else default_memory_path()
-        self._memory_lock = threading.Lock()
-        self._opened: RelationMemory | None = None
+        self._relations = MemoryHost(Path(path).expanduser() if path else default_memory_path())
         self.serve(Embed, '~/embed', self._embed)
         self.serve(Distance, '~/distance', self._distance)
         self.serve(Nearest, '~/nearest', self._nearest)
@@ -73,10 +71,7 @@ class MetricNode(RelationsNode):
     def reset(self) -> str:
         """Reads weights and memory anew at the next use; what is remembered stays."""
         self._host.forget()
-        with self._memory_lock:
-            opened, self._opened = self._opened, None
-        if opened is not None:  # after the jobs that use it
-            self._host.worker.submit(opened.close)
+        self._relations.forget()
         return 'weights in memory, the open file of relations, counters'
 
     def close(self) -> None:
@@ -87,18 +82,8 @@ class MetricNode(RelationsNode):
     def destroy_node(self) -> None:
         """Closes the memory, after the job that writes into it."""
         self._host.worker.join()
-        with self._memory_lock:
-            if self._opened is not None:
-                self._opened.close()
+        self._relations.forget()
         super().destroy_node()
-
-    @property
-    def _memory(self) -> RelationMemory:
-        """Opened at first use."""
-        with self._memory_lock:
-            if self._opened is None:
-                self._opened = RelationMemory(self._memory_path)
-            return self._opened
 
     def _embed(self, request: Embed.Request, response: Embed.Response) -> None:
         scene = self._scenes.given_or_seen(request.scene, request.object_ids, what='scene').scene
@@ -129,7 +114,8 @@ class MetricNode(RelationsNode):
             ).scene
         if request.reference_ids or request.reference_scene:
             raise InvalidSceneError('reference: give a name, object ids or a scene, only one')
-        return self._memory.get(request.reference_name)
+        with self._relations.memory() as memory:
+            return memory.get(request.reference_name)
 
     def _nearest(self, request: Nearest.Request, response: Nearest.Response) -> None:
         scene = self._scenes.given_or_seen(request.scene, request.object_ids, what='scene').scene
@@ -144,9 +130,10 @@ class MetricNode(RelationsNode):
                     raise BusyError(SHUTTING_DOWN)
                 return metric.embed_scenes(scenes)
 
-            return self._memory.nearest(
-                embedding, int(request.k) or 1, metric.model_hash, embed=embed_anew
-            )
+            with self._relations.memory() as memory:
+                return memory.nearest(
+                    embedding, int(request.k) or 1, metric.model_hash, embed=embed_anew
+                )
 
         neighbours = self._host.worker.run(job)
         response.names = [neighbour.name for neighbour in neighbours]
@@ -161,24 +148,28 @@ class MetricNode(RelationsNode):
         def job() -> None:
             metric = self._host.metric()
             embedding = metric.embed_scenes([scene])[0]
-            self._memory.remember(
-                request.name, scene, embedding, metric.model_hash, replace=bool(request.replace)
-            )
+            replace = bool(request.replace)
+            with self._relations.memory() as memory:
+                memory.remember(request.name, scene, embedding, metric.model_hash, replace=replace)
 
         self._host.worker.run(job)
         response.success = True
         response.message = f'{scene.relative.object_id} to {scene.base.object_id}'
 
     def _recall(self, request: Recall.Request, response: Recall.Response) -> None:
-        response.scene = scene_to_msg(self._memory.get(request.name))
+        with self._relations.memory() as memory:
+            scene = memory.get(request.name)
+        response.scene = scene_to_msg(scene)
         response.success = True
 
     def _forget(self, request: Forget.Request, response: Forget.Response) -> None:
-        self._memory.forget(request.name)
+        with self._relations.memory() as memory:
+            memory.forget(request.name)
         response.success = True
 
     def _list(self, _: ListRelations.Request, response: ListRelations.Response) -> None:
-        relations = self._memory.list()
+        with self._relations.memory() as memory:
+            relations = memory.list()
         response.names = [relation.name for relation in relations]
         response.base_ids = [relation.base_id for relation in relations]
         response.relative_ids = [relation.relative_id for relation in relations]

@@ -17,8 +17,9 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.task import Future
 from spatial_relations_msgs.srv import ListRelations, Nearest
+from std_srvs.srv import Trigger
 
-from spatial_relations_ros.core import Pose, Scene, SceneObject
+from spatial_relations_ros.core import MemoryFileError, Pose, Scene, SceneObject
 from spatial_relations_ros.memory import RelationMemory
 from spatial_relations_ros.nodes.metric_node import MetricNode
 from spatial_relations_ros.nodes.model_host import ModelHost
@@ -141,3 +142,31 @@ def test_it_ends_after_a_batch_and_goes_on_there(rig: Rig) -> None:
     assert 'shutting down' in response.message
     assert rig.metric.batches == [BATCH]
     assert rig.models() == ['new'] * BATCH + ['old'] * 6
+
+
+def test_a_reset_leaves_the_file_to_requests_that_run(
+    rig: Rig, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    used: list[RelationMemory] = []
+    is_used, may_go_on = threading.Event(), threading.Event()
+    list_relations = RelationMemory.list
+
+    def list_late(memory: RelationMemory) -> Any:
+        used.append(memory)
+        is_used.set()
+        assert may_go_on.wait(LIMIT_SEC)
+        return list_relations(memory)
+
+    monkeypatch.setattr(RelationMemory, 'list', list_late)
+    listing = rig.send(ListRelations, 'list')
+    assert is_used.wait(LIMIT_SEC)
+    assert rig.call(Trigger, 'reset').success
+    rig.host.worker.run(lambda: None)  # after whatever the reset left to the worker
+    may_go_on.set()
+    response = wait_for(listing, LIMIT_SEC)
+    assert response.success, response.message
+    assert rig.call(ListRelations, 'list').success
+    first, second = used
+    assert first is not second
+    with pytest.raises(MemoryFileError, match='closed'):
+        list_relations(first)

@@ -1,0 +1,62 @@
+"""Holds the file of relations for a node: opened at first use, closed when nobody uses it."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+
+from spatial_relations_ros.memory import RelationMemory
+
+
+@dataclass
+class _Opened:
+    """An open file and how many blocks use it."""
+
+    memory: RelationMemory
+    num_users: int = 0
+
+
+class MemoryHost:
+    """The open file of relations, which requests on several threads share.
+
+    Args:
+        path: of the file.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self._path = path
+        self._lock = threading.Lock()
+        self._opened: _Opened | None = None
+
+    @contextmanager
+    def memory(self) -> Iterator[RelationMemory]:
+        """The memory, which stays open for the block.
+
+        Raises:
+            MemoryFileError: when the file cannot be opened; the next call tries again.
+        """
+        with self._lock:
+            if self._opened is None:
+                self._opened = _Opened(RelationMemory(self._path))
+            opened = self._opened
+            opened.num_users += 1
+        try:
+            yield opened.memory
+        finally:
+            with self._lock:
+                opened.num_users -= 1
+                self._close_unused(opened)
+
+    def forget(self) -> None:
+        """Has the file opened anew at the next use; who uses it now ends with the old one."""
+        with self._lock:
+            opened, self._opened = self._opened, None
+            if opened is not None:
+                self._close_unused(opened)
+
+    def _close_unused(self, opened: _Opened) -> None:
+        if opened is not self._opened and opened.num_users == 0:
+            opened.memory.close()
