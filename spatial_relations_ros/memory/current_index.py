@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sqlite3
+from collections.abc import Iterable
 
 import numpy as np
 
@@ -26,6 +27,7 @@ class CurrentIndex:
     def __init__(self, connection: sqlite3.Connection) -> None:
         self.embeddings = EmbeddingIndex()
         self._connection = connection
+        self._left_out: set[int] = set()
         self._model_hash: str | None = None
         self._version: tuple[int, int] | None = None
 
@@ -33,15 +35,19 @@ class CurrentIndex:
         """Tells that this connection has removed a relation: saves looking for what is gone."""
         self.embeddings.remove([relation_id])
 
+    def leave_out(self, relation_ids: Iterable[int]) -> None:
+        """Tells that relations cannot be embedded anew, so that nobody tries again."""
+        self._left_out.update(relation_ids)
+
     def update(self, model_hash: str) -> list[int]:
         """Follows the file: ``embeddings`` are then those of all that a model has embedded.
 
         Returns:
-            Ids of the relations that another model has embedded.
+            Ids of the relations that another model has embedded and that are not left out.
         """
         if model_hash == self._model_hash and self._version == self._current_version():
             return []
-        stale = self._read(model_hash)
+        stale = [one for one in self._read(model_hash) if one not in self._left_out]
         if stale:
             # Embedded anew they come to stand among what was read: then all is read again.
             self._model_hash = None

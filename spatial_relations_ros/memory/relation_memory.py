@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import threading
+import warnings
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,6 +14,7 @@ from numpy.typing import NDArray
 
 from spatial_relations_ros.core import (
     ConfigError,
+    MemoryFileError,
     RelationExistsError,
     Scene,
     UnknownRelationError,
@@ -66,14 +68,18 @@ class RelationMemory:
 
     Args:
         path: the file; made when missing. Below XDG_DATA_HOME by default.
+        warn: told what a search leaves out; Python's warnings by default.
 
     Raises:
         MemoryFileError: from here and every method, when the file cannot be opened, read or
             written; a failed write changes nothing.
     """
 
-    def __init__(self, path: Path | str | None = None) -> None:
+    def __init__(
+        self, path: Path | str | None = None, *, warn: Callable[[str], None] | None = None
+    ) -> None:
         self.path = default_memory_path() if path is None else Path(path)
+        self._warn = warn or _warn
         self._lock = threading.RLock()
         self._connection = open_database(self.path)
         self._index = CurrentIndex(self._connection)
@@ -161,6 +167,7 @@ class RelationMemory:
 
         Raises:
             UnknownRelationError: when there is none of that name.
+            MemoryFileError: when it is damaged.
         """
         with self._lock, explained(self.path):
             with snapshot(self._connection):
@@ -203,7 +210,8 @@ class RelationMemory:
             model_hash: of the model that made ``embedding``.
             embed: embeds scenes with that model. Relations that another model embedded are
                 embedded anew with it, and kept so: 64 at a time, on this thread. What it raises
-                ends the search; batches before that are kept.
+                ends the search; batches before that are kept. Damaged relations are left out
+                with a warning.
 
         Raises:
             WeightsError: when relations were embedded by another model and ``embed`` is missing.
@@ -230,12 +238,7 @@ class RelationMemory:
 
     def _embed_anew(self, relation_ids: Sequence[int], model_hash: str, embed: Embed) -> None:
         """Embeds relations with another model and keeps that."""
-        with self._lock, explained(self.path), snapshot(self._connection):
-            scenes = {
-                relation_id: scene
-                for relation_id in relation_ids
-                if (scene := read_scene(self._connection, relation_id)) is not None
-            }
+        scenes = self._readable(relation_ids)
         if not scenes:
             return
         embeddings = embed(tuple(scenes.values()))  # takes long: nobody may have to wait for it
@@ -248,6 +251,24 @@ class RelationMemory:
             self._connection.executemany(
                 'UPDATE relations SET model_hash = ?, embedding = ? WHERE relation_id = ?', rows
             )
+
+    def _readable(self, relation_ids: Sequence[int]) -> dict[int, Scene]:
+        """The scenes by id, of relations that are still there; leaves damaged ones out."""
+        scenes: dict[int, Scene] = {}
+        damaged: dict[int, MemoryFileError] = {}
+        with self._lock, explained(self.path), snapshot(self._connection):
+            for relation_id in relation_ids:
+                try:
+                    scene = read_scene(self._connection, relation_id)
+                except MemoryFileError as error:
+                    damaged[relation_id] = error
+                else:
+                    if scene is not None:
+                        scenes[relation_id] = scene
+            self._index.leave_out(damaged)
+        for damage in damaged.values():
+            self._warn(f'{damage}. It is not among the nearest until then')
+        return scenes
 
     def _id_of(self, name: str) -> int | None:
         row = self._connection.execute(
@@ -263,3 +284,7 @@ class RelationMemory:
             if known
             else f'no relation {name!r} is remembered; none is so far'
         )
+
+
+def _warn(message: str) -> None:
+    warnings.warn(message, stacklevel=1)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import sqlite3
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -15,6 +16,7 @@ from spatial_relations_ros.core import (
     Pose,
     Scene,
     SceneObject,
+    SpatialRelationsError,
     TriangleMesh,
 )
 
@@ -47,22 +49,36 @@ def read_scene(connection: sqlite3.Connection, relation_id: int) -> Scene | None
     """The scene that :func:`insert_objects` stored; None when there is no such relation.
 
     Raises:
-        MemoryFileError: when a row is missing or damaged.
+        MemoryFileError: when a row is missing or damaged; it names the relation.
     """
+    # Texts as bytes: SQLite's own error for one that is no UTF-8 tells neither row nor relation.
     relation = connection.execute(
-        'SELECT frame_id, stamp_ns FROM relations WHERE relation_id = ?', (relation_id,)
+        'SELECT CAST(name AS BLOB), CAST(frame_id AS BLOB), stamp_ns '
+        'FROM relations WHERE relation_id = ?',
+        (relation_id,),
     ).fetchone()
     if relation is None:
         return None
     rows = connection.execute(
-        'SELECT object_id, pose, points, source, support, vertices, triangles '
+        'SELECT CAST(object_id AS BLOB), pose, points, source, support, vertices, triangles '
         'FROM objects WHERE relation_id = ? ORDER BY role',
         (relation_id,),
     ).fetchall()
+    name, frame_id, stamp_ns = relation
+    try:
+        return _scene(rows, int(stamp_ns), frame_id.decode())
+    except (SpatialRelationsError, OverflowError, TypeError, ValueError) as error:
+        raise MemoryFileError(
+            f'the remembered relation {name.decode(errors="replace")!r} is damaged ({error}); '
+            'replace or forget it'
+        ) from error
+
+
+def _scene(rows: Sequence[tuple[Any, ...]], stamp_ns: int, frame_id: str) -> Scene:
     if len(rows) != len(ROLES):
-        raise MemoryFileError(f'relation {relation_id} has {len(rows)} objects instead of two')
+        raise MemoryFileError(f'it has {len(rows)} objects instead of two')
     base, relative = (_object(row) for row in rows)
-    return Scene(base, relative, stamp_ns=relation[1], frame_id=relation[0])
+    return Scene(base, relative, stamp_ns=stamp_ns, frame_id=frame_id)
 
 
 def _object(row: tuple[Any, ...]) -> SceneObject:
@@ -74,11 +90,11 @@ def _object(row: tuple[Any, ...]) -> SceneObject:
             read_blob(vertices, '<f4').reshape(-1, 3), read_blob(triangles, '<i4').reshape(-1, 3)
         )
     return SceneObject(
-        object_id,
+        object_id.decode(),
         read_blob(points, '<f4').reshape(-1, 3),
         Pose(numbers[:3], numbers[3:]),
         source=CloudSource(source),
-        support=math.nan if support is None else support,
+        support=math.nan if support is None else float(support),
         mesh=mesh,
     )
 

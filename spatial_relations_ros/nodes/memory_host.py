@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -24,10 +24,11 @@ class MemoryHost:
 
     Args:
         path: of the file.
+        warn: told what is damaged in it.
     """
 
-    def __init__(self, path: Path) -> None:
-        self._path = path
+    def __init__(self, path: Path, warn: Callable[[str], None]) -> None:
+        self._path, self._warn = path, warn
         self._lock = threading.Lock()
         self._opened: _Opened | None = None
 
@@ -40,7 +41,7 @@ class MemoryHost:
         """
         with self._lock:
             if self._opened is None:
-                self._opened = _Opened(RelationMemory(self._path))
+                self._opened = _Opened(RelationMemory(self._path, warn=self._warn))
             opened = self._opened
             opened.num_users += 1
         try:

@@ -56,7 +56,10 @@ class MetricNode(RelationsNode):
         self._host = host or ModelHost.of_parameters(self.parameters)
         self._scenes = SceneClient(self)
         path = self.parameters.text('memory_path')
-        self._relations = MemoryHost(Path(path).expanduser() if path else default_memory_path())
+        self._relations = MemoryHost(
+            Path(path).expanduser() if path else default_memory_path(),
+            lambda message: self.get_logger().warning(message),
+        )
         self.serve(Embed, '~/embed', self._embed)
         self.serve(Distance, '~/distance', self._distance)
         self.serve(Nearest, '~/nearest', self._nearest)

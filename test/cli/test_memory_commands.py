@@ -1,4 +1,5 @@
 import json
+import sqlite3
 
 
 def test_remember_find_imitate_and_forget(relations, data, weights, tmp_path):
@@ -65,6 +66,19 @@ def test_other_weights_embed_what_is_remembered_anew(relations, data, weights, c
     assert json.loads(found.stdout)['neighbours'][0]['distance'] < 1e-3
     after = json.loads(relations('list', '--json', '-').stdout)['relations'][0]['model_hash']
     assert after == json.loads(found.stdout)['model_hash'] != before
+
+
+def test_a_damaged_relation_is_a_warning(relations, data, weights, calibrated_weights, tmp_path):
+    scene = ['--data', data, '--scene', 'tray_cup_0', '--memory', tmp_path / 'relations.sqlite3']
+    for name in ('good', 'bad'):
+        relations('remember', name, *scene, '--weights', weights)
+    with sqlite3.connect(tmp_path / 'relations.sqlite3') as raw:
+        raw.execute("UPDATE objects SET points = x'00000000' WHERE relation_id = 2")
+    raw.close()
+    found = relations('nearest', *scene, '--weights', calibrated_weights, '--json', '-')
+    assert found.exit_code == 0, found.output
+    assert [item['name'] for item in json.loads(found.stdout)['neighbours']] == ['good']
+    assert "warning: the remembered relation 'bad' is damaged" in found.stderr
 
 
 def test_names_with_brackets_are_shown_as_they_are(relations, data, weights):

@@ -7,7 +7,7 @@ from concurrent.futures import ThreadPoolExecutor
 import numpy as np
 import pytest
 
-from spatial_relations_ros.core import Pose, Scene, SceneObject, WeightsError
+from spatial_relations_ros.core import MemoryFileError, Pose, Scene, SceneObject, WeightsError
 from spatial_relations_ros.memory import RelationMemory
 from spatial_relations_ros.memory.relation_memory import EMBED_BATCH
 
@@ -114,6 +114,51 @@ def test_an_end_between_batches_keeps_what_was_done(memory):
     assert models == ['new'] * EMBED_BATCH + ['old'] * 6
     found = memory.nearest(np.zeros(4), 100, 'new', embed=embed)
     assert names(found) == [f'{idx:03d}' for idx in range(NUM_RELATIONS)]
+
+
+@pytest.mark.parametrize(
+    'damage',
+    [
+        "UPDATE objects SET points = x'00000000'",
+        "UPDATE objects SET points = x'0000'",
+        'UPDATE objects SET points = zeroblob(12)',
+        "UPDATE objects SET points = 'text'",
+        "UPDATE objects SET pose = x''",
+        'UPDATE objects SET source = 9',
+        "UPDATE objects SET support = 'none'",
+        "UPDATE objects SET object_id = CAST(x'ff' AS TEXT)",
+        'UPDATE objects SET vertices = zeroblob(36), triangles = NULL',
+        "UPDATE objects SET vertices = zeroblob(36), triangles = x'00000000'",
+        'DELETE FROM objects',
+    ],
+)
+def test_a_damaged_relation_is_named_and_left_out(memory, damage):
+    memory._connection.execute(
+        f'{damage} WHERE role = 1 AND relation_id = '
+        "(SELECT relation_id FROM relations WHERE name = '001')"
+    )
+    with pytest.raises(MemoryFileError, match=r"'001' is damaged .*; replace or forget it"):
+        memory.get('001')
+    with pytest.warns(UserWarning, match=r"'001' is damaged") as warned:
+        found = memory.nearest(np.zeros(4), 100, 'new', embed=embed)
+    assert len(warned) == 1
+    expected = [f'{idx:03d}' for idx in range(NUM_RELATIONS)]
+    expected.remove('001')
+    assert names(found) == expected
+    memory.remember('001', make_scene(1), np.ones(4), 'new', replace=True)
+    assert memory.nearest(np.ones(4), 1, 'new')[0].name == '001'
+
+
+def test_a_damaged_relation_costs_later_searches_nothing(memory):
+    warned = []
+    with RelationMemory(memory.path, warn=warned.append) as other:
+        other._connection.execute('UPDATE objects SET source = 9 WHERE relation_id = 1')
+        other.nearest(np.zeros(4), 1, 'new', embed=embed)
+        statements = []
+        other._connection.set_trace_callback(statements.append)
+        assert other.nearest(np.zeros(4), 1, 'new')[0].name == '001'
+    assert not any('SELECT' in statement for statement in statements)
+    assert len(warned) == 1
 
 
 RENEWER = """

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sqlite3
 import threading
 from collections.abc import Iterator, Sequence
 from pathlib import Path
@@ -126,6 +127,18 @@ def test_relations_are_listed_while_new_weights_embed_them(rig: Rig) -> None:
     assert len(rig.call(ListRelations, 'list').names) == NUM_RELATIONS
     rig.metric.may_go_on.set()
     assert list(wait_for(nearest, LIMIT_SEC).names) == [f'{idx:03d}' for idx in range(70)]
+
+
+def test_a_damaged_relation_is_in_the_log(rig: Rig, capfd: pytest.CaptureFixture[str]) -> None:
+    with sqlite3.connect(rig.memory_path) as raw:
+        raw.execute('UPDATE objects SET source = 9 WHERE relation_id = 2')
+    raw.close()
+    rig.metric.may_go_on.set()
+    response = wait_for(rig.send_nearest(), LIMIT_SEC)
+    assert response.success, response.message
+    assert len(response.names) == NUM_RELATIONS - 1
+    assert '[WARN]' in (logged := capfd.readouterr().err)
+    assert "'001' is damaged" in logged
 
 
 def test_it_ends_after_a_batch_and_goes_on_there(rig: Rig) -> None:
