@@ -22,7 +22,12 @@ from spatial_relations_ros.core import (
 )
 from spatial_relations_ros.memory.current_index import CurrentIndex
 from spatial_relations_ros.memory.neighbours import Neighbour, checked_embedding
-from spatial_relations_ros.memory.scene_rows import insert_objects, read_scene
+from spatial_relations_ros.memory.scene_rows import (
+    check_storable,
+    insert_objects,
+    is_storable_text,
+    read_scene,
+)
 from spatial_relations_ros.memory.schema import (
     default_memory_path,
     explained,
@@ -112,7 +117,7 @@ class RelationMemory:
         """Stores a relation; a name that is taken is refused unless ``replace``.
 
         Args:
-            name: not empty, at most 200 characters, without surrounding spaces.
+            name: not empty, at most 200 characters, without surrounding spaces, valid UTF-8.
             scene: the demonstration; clouds, poses and meshes are kept exactly.
             embedding: (D,) of the scene.
             model_hash: of the model that made it.
@@ -121,12 +126,16 @@ class RelationMemory:
         Raises:
             RelationExistsError: when the name is taken and not to be replaced.
             ConfigError: for a name or an embedding that cannot be stored.
+            InvalidSceneError: for a scene that cannot be stored.
         """
         if not name or name != name.strip() or len(name) > MAX_NAME_LENGTH:
             raise ConfigError(
                 f'{name!r} is no name for a relation; give 1 to {MAX_NAME_LENGTH} characters '
                 'without surrounding spaces'
             )
+        if not is_storable_text(name):
+            raise ConfigError(f'{name!r} is no name for a relation: it is no valid UTF-8')
+        check_storable(scene)
         vector = checked_embedding(embedding)
         with self._lock, explained(self.path):
             with transaction(self._connection):
@@ -271,6 +280,8 @@ class RelationMemory:
         return scenes
 
     def _id_of(self, name: str) -> int | None:
+        if not is_storable_text(name):
+            return None
         row = self._connection.execute(
             'SELECT relation_id FROM relations WHERE name = ?', (name,)
         ).fetchone()

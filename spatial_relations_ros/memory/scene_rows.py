@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from spatial_relations_ros.core import (
     CloudSource,
+    InvalidSceneError,
     MemoryFileError,
     Pose,
     Scene,
@@ -21,6 +22,33 @@ from spatial_relations_ros.core import (
 )
 
 ROLES = ('base', 'relative')
+# SQLite keeps whole numbers in eight bytes.
+INTEGERS = range(-(2**63), 2**63)
+
+
+def is_storable_text(text: str) -> bool:
+    """Whether a text has a form in UTF-8: arguments of a command line that are none have not."""
+    try:
+        text.encode()
+    except UnicodeEncodeError:
+        return False
+    return True
+
+
+def check_storable(scene: Scene) -> None:
+    """Looks whether a scene can be stored.
+
+    Raises:
+        InvalidSceneError: when a text is no UTF-8 or the time has more than 64 bits.
+    """
+    for text in (*scene.object_ids, scene.frame_id):
+        if not is_storable_text(text):
+            raise InvalidSceneError(f'{text!r} is no valid UTF-8; give ids and frames that are')
+    if scene.stamp_ns not in INTEGERS:
+        raise InvalidSceneError(
+            f'a scene of the time {scene.stamp_ns} ns cannot be stored; give one from '
+            f'{INTEGERS[0]} to {INTEGERS[-1]}'
+        )
 
 
 def insert_objects(connection: sqlite3.Connection, relation_id: int, scene: Scene) -> None:

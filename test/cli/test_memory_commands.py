@@ -68,6 +68,17 @@ def test_other_weights_embed_what_is_remembered_anew(relations, data, weights, c
     assert after == json.loads(found.stdout)['model_hash'] != before
 
 
+def test_a_name_that_is_no_utf8_is_refused_in_words(relations, data, weights):
+    name = b'bad\xff'.decode(errors='surrogateescape')  # as Python takes such an argument
+    scene = ['--data', data, '--scene', 'tray_cup_0', '--weights', weights]
+    remembered = relations('remember', name, *scene)
+    assert remembered.exit_code == 2, remembered.output
+    assert 'no valid UTF-8' in remembered.stderr
+    forgotten = relations('forget', name)
+    assert forgotten.exit_code == 2, forgotten.output
+    assert 'no relation' in forgotten.stderr
+
+
 def test_a_damaged_relation_is_a_warning(relations, data, weights, calibrated_weights, tmp_path):
     scene = ['--data', data, '--scene', 'tray_cup_0', '--memory', tmp_path / 'relations.sqlite3']
     for name in ('good', 'bad'):

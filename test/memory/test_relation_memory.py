@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 from spatial_relations_ros.core import (
     CloudSource,
     ConfigError,
+    InvalidSceneError,
     MemoryFileError,
     Pose,
     RelationExistsError,
@@ -115,6 +116,42 @@ def test_unknown_names_say_what_there_is(memory):
 def test_names_that_are_none(memory, name):
     with pytest.raises(ConfigError, match='no name'):
         memory.remember(name, make_scene(), np.ones(4), 'model')
+
+
+def test_a_name_that_is_no_utf8_is_refused_in_words(memory):
+    with pytest.raises(ConfigError, match=r"'bad\\udcff' is no name .* UTF-8"):
+        memory.remember('bad\udcff', make_scene(), np.ones(4), 'model')
+    for call in (memory.get, memory.forget):
+        with pytest.raises(UnknownRelationError, match=r"no relation 'bad\\udcff'"):
+            call('bad\udcff')
+    assert memory.list() == ()
+
+
+@pytest.mark.parametrize('stamp_ns', [2**63, -(2**63) - 1])
+def test_times_beyond_64_bits_are_refused(memory, stamp_ns):
+    scene = dataclasses.replace(make_scene(), stamp_ns=stamp_ns)
+    with pytest.raises(InvalidSceneError, match=f'time {stamp_ns} ns'):
+        memory.remember('one', scene, np.ones(4), 'model')
+    assert memory.list() == ()
+
+
+@pytest.mark.parametrize('stamp_ns', [2**63 - 1, -(2**63)])
+def test_the_last_times_of_64_bits_come_back(memory, stamp_ns):
+    scene = dataclasses.replace(make_scene(), stamp_ns=stamp_ns)
+    memory.remember('one', scene, np.ones(4), 'model')
+    assert memory.get('one').stamp_ns == stamp_ns
+
+
+def test_scenes_with_texts_that_are_no_utf8_are_refused(memory):
+    scene = make_scene()
+    base = dataclasses.replace(scene.base, object_id='\udcff')
+    for bad in (
+        dataclasses.replace(scene, base=base),
+        dataclasses.replace(scene, frame_id='\udcff'),
+    ):
+        with pytest.raises(InvalidSceneError, match=r"'\\udcff' is no valid UTF-8"):
+            memory.remember('one', bad, np.ones(4), 'model')
+    assert memory.list() == ()
 
 
 @pytest.mark.parametrize('embedding', [np.ones((2, 2)), np.array([]), np.array([1.0, np.nan])])
