@@ -9,6 +9,7 @@ from dataclasses import dataclass
 
 import torch
 import torch.distributed
+from torch import Tensor
 
 from spatial_relations_ros.core import ConfigError
 
@@ -41,6 +42,15 @@ class Place:
 def is_main_process() -> bool:
     """Whether this process is alone or the first of those that ``torchrun`` started."""
     return int(os.environ.get('RANK', '0')) == 0
+
+
+def mean_over_processes(value: Tensor) -> Tensor:
+    """The mean of a tensor over all processes that train together; itself where there is one."""
+    if not (torch.distributed.is_available() and torch.distributed.is_initialized()):
+        return value
+    value = value.clone()
+    torch.distributed.all_reduce(value)
+    return value / torch.distributed.get_world_size()
 
 
 @contextmanager

@@ -5,6 +5,8 @@ from __future__ import annotations
 import torch
 from torch import Tensor, nn
 
+from spatial_relations_ros.learning.distributed import mean_over_processes
+
 DISTANCE_FLOOR = 1e-6
 
 
@@ -52,9 +54,10 @@ def all_pairs_contrastive_loss(
     Returns:
         Scalar; zero with a gradient when the batch has no pair.
     """
-    row, column = torch.triu_indices(len(labels), len(labels), 1, device=labels.device)
-    distances = euclidean_distance(embeddings[row], embeddings[column])
-    similar = labels[row] == labels[column]
+    # Not by rows and columns: the gradient of picking rows is summed in any order by two threads.
+    distances = euclidean_distance(embeddings[:, None], embeddings[None])
+    pair = torch.ones_like(distances, dtype=torch.bool).triu(1)
+    distances, similar = distances[pair], (labels[:, None] == labels[None])[pair]
     pull = (distances[similar] - positive_slack).clamp_min(0.0).square()
     push = (margin - distances[~similar]).clamp_min(0.0).square()
     zero = embeddings.sum() * 0.0
@@ -136,7 +139,7 @@ class RatioLoss(nn.Module):
         d_plus = euclidean_distance(anchor, positive)
         d_minus = euclidean_distance(anchor, negative)
         if self.training:
-            mean = 0.5 * (d_plus + d_minus).detach().mean()
+            mean = mean_over_processes(0.5 * (d_plus + d_minus).detach().mean())
             self.running_mean.lerp_(mean, self.momentum)
         scale = self.running_mean.clamp_min(DISTANCE_FLOOR)
         share = torch.softmax(torch.stack([d_plus, d_minus]) / scale, dim=0)[0]

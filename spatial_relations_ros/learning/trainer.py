@@ -13,7 +13,12 @@ import numpy as np
 import torch
 from torch import Tensor, nn
 
-from spatial_relations_ros.core import ConfigError, WeightsError, atomic_write
+from spatial_relations_ros.core import (
+    ConfigError,
+    DatasetFormatError,
+    WeightsError,
+    atomic_write,
+)
 from spatial_relations_ros.learning.batch_loss import BatchLoss
 from spatial_relations_ros.learning.distributed import Place, training_place
 from spatial_relations_ros.learning.encoders import Encoder, make_encoder
@@ -23,6 +28,7 @@ from spatial_relations_ros.learning.training_set import TrainingSet
 CHECKPOINT_SECONDS = 60.0
 CHECKPOINT_NAME = 'checkpoint.pt'
 _MAX_GRADIENT_NORM = 5.0
+_WARM_UP_SHARE, _WARM_UP_SHARE_OF_TEN = 0.1, 0.2
 
 
 @dataclass(frozen=True)
@@ -62,9 +68,13 @@ def train_encoder(
         on_progress: called after each step, in the first process.
 
     Raises:
-        WeightsError: when the checkpoint belongs to another configuration or is damaged.
+        WeightsError: when the checkpoint belongs to another configuration or to other data, or is
+            damaged.
+        DatasetFormatError: when all scenes show the same relation.
         ConfigError: for a device that is not there.
     """
+    if len(torch.unique(training_set.labels)) < 2:
+        raise DatasetFormatError('all scenes show the same relation; two relations are needed')
     with training_place(device) as place:
         run = _Run(training_set, config, seed, place)
         checkpoint = None if run_dir is None else run_dir / CHECKPOINT_NAME
@@ -92,6 +102,7 @@ class _Run:
     ) -> None:
         torch.manual_seed(seed)
         self.config, self.seed, self.place = config, seed, place
+        self.data_sha256 = training_set.sha256()
         self.training_set = training_set.to(place.device)
         self.encoder = make_encoder(config.encoder).to(place.device)
         self.encoder.to(memory_format=torch.channels_last)  # type: ignore[call-overload]
@@ -138,9 +149,7 @@ class _Run:
     def save(self, path: Path) -> None:
         """Writes a checkpoint and the losses so far, atomically."""
         state = {
-            'config': dataclasses.asdict(self.config),
-            'seed': self.seed,
-            'num_processes': self.place.num_processes,
+            **self._identity(),
             'step': self.step,
             'losses': self.losses,
             'encoder': self.encoder.state_dict(),
@@ -150,12 +159,24 @@ class _Run:
         }
         with atomic_write(path) as temporary:
             torch.save(state, temporary)
+        self._write_losses(path.with_name('losses.csv'))
+
+    def _identity(self) -> dict[str, Any]:
+        """What a run must share with the one that it goes on from."""
+        return {
+            'config': dataclasses.asdict(self.config),
+            'seed': self.seed,
+            'num_processes': self.place.num_processes,
+            'data_sha256': self.data_sha256,
+        }
+
+    def _write_losses(self, path: Path) -> None:
         lines = [f'{step},{loss:.6f}' for step, loss in enumerate(self.losses, start=1)]
-        with atomic_write(path.with_name('losses.csv')) as temporary:
+        with atomic_write(path) as temporary:
             temporary.write_text('\n'.join(['step,loss', *lines, '']))
 
     def restore(self, path: Path) -> None:
-        """Goes on from a checkpoint of the same configuration, seed and number of processes."""
+        """Goes on from a checkpoint of the same run: configuration, seed, processes and data."""
         try:
             # weights_only: no pickled code is run.
             state: dict[str, Any] = torch.load(
@@ -163,19 +184,20 @@ class _Run:
             )
         except Exception as error:
             raise WeightsError(f'checkpoint {path} cannot be read: {error}') from error
-        mine = {
-            'config': dataclasses.asdict(self.config),
-            'seed': self.seed,
-            'num_processes': self.place.num_processes,
-        }
-        if any(state.get(key) != value for key, value in mine.items()):
+        other = [key for key, value in self._identity().items() if state.get(key) != value]
+        if other:
             raise WeightsError(
-                f'checkpoint {path} belongs to another configuration, seed or number of '
-                'processes; remove it or choose another run folder'
+                f'checkpoint {path} belongs to another run, which differs in {", ".join(other)}; '
+                'remove it or choose another run folder'
             )
         self.step, self.losses = state['step'], list(state['losses'])
         for name in ('encoder', 'batch_loss', 'optimizer', 'schedule'):
             getattr(self, name).load_state_dict(state[name])
+        if self.place.is_main:
+            # A kill may have come between the two files, or have left half of one.
+            self._write_losses(path.with_name('losses.csv'))
+            for half in path.parent.glob(f'.{path.stem}.*{path.suffix}'):
+                half.unlink(missing_ok=True)
 
 
 def _optimizer(
@@ -192,7 +214,9 @@ def _optimizer(
     if config.optimizer != 'adamw':
         raise ConfigError(f'unknown optimizer {config.optimizer!r}')
     adamw = torch.optim.AdamW(parameters, lr=rate, weight_decay=decay)
+    # A warm-up of exactly one step would divide by zero in the schedule.
+    warm_up = _WARM_UP_SHARE if config.steps != 10 else _WARM_UP_SHARE_OF_TEN
     one_cycle = torch.optim.lr_scheduler.OneCycleLR(
-        adamw, rate, total_steps=config.steps, pct_start=0.1
+        adamw, rate, total_steps=config.steps, pct_start=warm_up
     )
     return adamw, one_cycle

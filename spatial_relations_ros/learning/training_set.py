@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import hashlib
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -78,6 +79,15 @@ class TrainingSet:
             torch.tensor(list(labels)),
             as_tensor(np.asarray(measures, dtype=np.float32)),
         )
+
+    def sha256(self) -> str:
+        """Of all that training sees: two sets of the same hash give the same weights."""
+        digest = hashlib.sha256()
+        for item in dataclasses.fields(self):
+            tensor = getattr(self, item.name)
+            digest.update(f'{item.name} {tensor.dtype} {tuple(tensor.shape)};'.encode())
+            digest.update(tensor.cpu().contiguous().numpy().tobytes())
+        return digest.hexdigest()
 
     def to(self, device: torch.device) -> TrainingSet:
         """The same scenes in a device's memory."""

@@ -149,3 +149,19 @@ def test_ratio_loss_is_the_squared_softmax_and_does_not_overflow():
     loss.eval()
     far = loss(anchor, torch.tensor([[1e4]]), torch.tensor([[0.0]]))
     assert float(far) == pytest.approx(2.0)
+
+
+def test_the_gradient_of_all_pairs_repeats_on_two_threads():
+    embeddings = torch.randn(84, 64, generator=torch.Generator().manual_seed(0))
+    labels = torch.arange(84) % 7
+    threads = torch.get_num_threads()
+    torch.set_num_threads(2)
+    try:
+        gradients = set()
+        for _ in range(400):
+            leaf = embeddings.clone().requires_grad_(True)
+            all_pairs_contrastive_loss(leaf, labels).backward()
+            gradients.add(leaf.grad.numpy().tobytes())
+    finally:
+        torch.set_num_threads(threads)
+    assert len(gradients) == 1

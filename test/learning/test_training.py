@@ -18,7 +18,8 @@ from spatial_relations_ros.core import (
     WeightsError,
 )
 from spatial_relations_ros.learning.batch_loss import BatchLoss
-from spatial_relations_ros.learning.trainer import train_encoder
+from spatial_relations_ros.learning.encoders import make_encoder
+from spatial_relations_ros.learning.trainer import _optimizer, train_encoder
 from spatial_relations_ros.learning.training_config import (
     LOSSES,
     TrainingConfig,
@@ -137,11 +138,63 @@ def test_a_killed_run_ends_in_the_same_place(training_set, tmp_path):
 
 def test_a_checkpoint_of_another_run_is_refused(training_set, tmp_path):
     train_encoder(training_set, TINY, seed=5, run_dir=tmp_path)
-    with pytest.raises(WeightsError, match='another configuration, seed'):
+    with pytest.raises(WeightsError, match='differs in seed;'):
         train_encoder(training_set, TINY, seed=6, run_dir=tmp_path)
+    for name in ('clouds', 'translations', 'labels', 'measures'):
+        other = dataclasses.replace(training_set, **{name: getattr(training_set, name).clone()})
+        getattr(other, name)[0] += 1
+        if name == 'measures':
+            other.measures[0] = 0.5
+        with pytest.raises(WeightsError, match='differs in data_sha256;'):
+            train_encoder(other, TINY, seed=5, run_dir=tmp_path)
     (tmp_path / 'checkpoint.pt').write_bytes(b'garbage')
     with pytest.raises(WeightsError, match='cannot be read'):
         train_encoder(training_set, TINY, seed=5, run_dir=tmp_path)
+
+
+def test_a_run_that_was_killed_while_it_saved_is_finished(training_set, tmp_path):
+    """The checkpoint was written and the curve was not; or half of a checkpoint lies about."""
+    train_encoder(training_set, TINY, seed=5, run_dir=tmp_path)
+    curve = (tmp_path / 'losses.csv').read_text()
+    (tmp_path / 'losses.csv').unlink()
+    (tmp_path / '.checkpoint.abc123.pt').write_bytes(b'half')
+    train_encoder(training_set, TINY, seed=5, run_dir=tmp_path)
+    assert (tmp_path / 'losses.csv').read_text() == curve
+    assert sorted(path.name for path in tmp_path.iterdir()) == ['checkpoint.pt', 'losses.csv']
+
+
+@pytest.mark.parametrize('steps', [1, 2, 9, 10, 11, 20])
+def test_any_number_of_steps_has_a_schedule(training_set, steps):
+    rates = []
+    optimizer, schedule = _optimizer(
+        make_encoder('compact'), dataclasses.replace(TINY, steps=steps)
+    )
+    for _ in range(steps):
+        rates.append(optimizer.param_groups[0]['lr'])
+        optimizer.step()
+        schedule.step()
+    assert 0.0 < min(rates) <= max(rates) <= TINY.learning_rate * 1.0001
+
+
+def test_mixed_precision_trains_and_goes_on(training_set, tmp_path):
+    mixed = dataclasses.replace(TINY, steps=4, precision='bfloat16')
+    losses = {}
+    for config in (mixed, dataclasses.replace(mixed, precision='float32')):
+        values = losses.setdefault(config.precision, [])
+        train_encoder(
+            training_set, config, seed=2, run_dir=tmp_path / config.precision,
+            on_progress=lambda progress, values=values: values.append(progress.loss),
+        )  # fmt: skip
+    assert losses['bfloat16'] != losses['float32']
+    np.testing.assert_allclose(losses['bfloat16'], losses['float32'], rtol=0.1)
+    again = train_encoder(training_set, mixed, seed=2, run_dir=tmp_path / 'bfloat16')
+    assert all(p.dtype == torch.float32 and torch.isfinite(p).all() for p in again.parameters())
+
+
+def test_scenes_of_one_relation_are_refused(training_set):
+    one = dataclasses.replace(training_set, labels=torch.zeros_like(training_set.labels))
+    with pytest.raises(DatasetFormatError, match='two relations are needed'):
+        train_encoder(one, TINY, seed=0)
 
 
 @pytest.mark.parametrize('loss', LOSSES)
@@ -194,6 +247,8 @@ def test_two_processes_train_the_same_weights(tmp_path):
     for name, tensor in first['weights'].items():
         assert 'running' in name or torch.equal(tensor, second['weights'][name]), name
     assert first['losses'] != second['losses']
+    # What the ratio loss keeps is saved by the first process alone, so all must have the same.
+    assert first['mean_distance'] == second['mean_distance'] != 1.0
     assert (tmp_path / 'run' / 'checkpoint.pt').is_file()
 
 

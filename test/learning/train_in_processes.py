@@ -24,20 +24,24 @@ def main(out):
     beside = Scene(base, cloud('relative', (0.1, 0.1, 0.1), (0.2, 0.0, 0.05)))
     labels = [Relation.ON_TOP, Relation.NEXT_TO] * 3
     training_set = TrainingSet.from_scenes([on_top, beside] * 3, labels)
-    losses = []
+    losses, kept = [], {}
 
     class Watched(trainer._Run):
         def advance(self):
             losses.append(super().advance())
+            kept['mean_distance'] = float(self.batch_loss.ratio.running_mean)
             return losses[-1]
 
     trainer._Run = Watched
-    config = TrainingConfig(steps=3, scenes_per_class=2, num_points=64, lifted_clones=2)
+    config = TrainingConfig(
+        steps=3, scenes_per_class=2, num_points=64, lifted_clones=2, loss='ratio'
+    )
     encoder = trainer.train_encoder(
         training_set, config, seed=0, run_dir=out / 'run', device='cpu'
     )
     torch.save(
-        {'weights': encoder.state_dict(), 'losses': losses}, out / f'{os.environ["RANK"]}.pt'
+        {'weights': encoder.state_dict(), 'losses': losses, **kept},
+        out / f'{os.environ["RANK"]}.pt',
     )
 
 
