@@ -31,7 +31,7 @@ class Calibration:
         novelty_distance: an embedding that is farther from every prototype is novel.
 
     Raises:
-        WeightsError: for arrays that do not fit together.
+        WeightsError: for arrays that do not fit together, or numbers that are none of these.
     """
 
     distances: NDArray[np.float64]
@@ -47,12 +47,24 @@ class Calibration:
             and self.prototypes.ndim == 2
             and len(self.prototypes) >= 1
         )
-        if not fits or not (np.diff(self.distances) > 0.0).all() or not self.novelty_distance > 0:
+        if not fits or not self._makes_sense():
             raise WeightsError(
                 f'a calibration of {self.distances.shape} distances, {self.probabilities.shape} '
                 f'probabilities, {self.prototypes.shape} prototypes and novelty distance '
                 f'{self.novelty_distance} cannot be used; make it anew by training'
             )
+
+    def _makes_sense(self) -> bool:
+        """Whether the numbers are such as the class describes; nothing that is not finite is."""
+        shares = self.probabilities
+        return bool(
+            np.isfinite(self.distances).all()
+            and (np.diff(self.distances) > 0.0).all()
+            and ((shares >= 0.0) & (shares <= 1.0)).all()
+            and (np.diff(shares) <= 0.0).all()
+            and np.isfinite(self.prototypes).all()
+            and 0.0 < self.novelty_distance < np.inf
+        )
 
     @property
     def same_relation_distance(self) -> float:

@@ -11,6 +11,11 @@ from typing import Any
 from spatial_relations_ros.core import WeightsError, atomic_write
 
 CARD_VERSION = 1
+_KINDS: dict[str, type] = {
+    'encoder': str, 'sha256': str, 'num_points': int, 'headings': int, 'steps': int,
+    'config': dict, 'data': dict, 'retrieval': dict, 'calibration': dict, 'answers': dict,
+    'versions': dict,
+}  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -55,7 +60,8 @@ class ModelCard:
         """Reads a card.
 
         Raises:
-            WeightsError: when the card is missing, no JSON, or of another version.
+            WeightsError: when the card is missing, no JSON, of another version, or holds entries
+                of the wrong kind.
         """
         try:
             content = json.loads(path.read_text())
@@ -69,6 +75,18 @@ class ModelCard:
             raise WeightsError(f'{path} is not a card of version {CARD_VERSION}')
         known = {item.name for item in dataclasses.fields(ModelCard)}
         try:
-            return ModelCard(**{key: value for key, value in content.items() if key in known})
+            card = ModelCard(**{key: value for key, value in content.items() if key in known})
         except TypeError as error:
             raise WeightsError(f'{path} lacks entries: {error}') from error
+        card._check(path)
+        return card
+
+    def _check(self, path: Path) -> None:
+        """Refuses entries that loading or embedding would stumble over."""
+        for name, kind in _KINDS.items():
+            value = getattr(self, name)
+            if not isinstance(value, kind) or isinstance(value, bool):
+                raise WeightsError(f'{path}: {name} is {value!r}; expected {kind.__name__}')
+        for name, least in (('num_points', 1), ('headings', 1), ('steps', 0)):
+            if getattr(self, name) < least:
+                raise WeightsError(f'{path}: {name} is {getattr(self, name)}, below {least}')

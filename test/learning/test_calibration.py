@@ -1,3 +1,5 @@
+import dataclasses
+
 import numpy as np
 import pytest
 import torch
@@ -64,3 +66,14 @@ def test_half_a_calibration_is_refused(calibration):
     tensors = calibration.tensors() | {'calibration.distances': torch.tensor([1.0, 0.0, 2.0, 3.0])}
     with pytest.raises(WeightsError, match='cannot be used'):
         Calibration.of_tensors(tensors)
+
+
+@pytest.mark.parametrize(
+    ('name', 'values'),
+    [('probabilities', [np.nan, 0.5, 0.1, 0.0]), ('probabilities', [3.0, 0.5, 0.1, 0.0]),
+     ('probabilities', [0.1, 0.5, 0.1, 0.0]), ('distances', [0.1, 0.5, 0.7, np.inf]),
+     ('prototypes', [[0.0, np.nan]]), ('novelty_distance', np.inf)],
+)  # fmt: skip
+def test_numbers_that_mean_nothing_are_refused(calibration, name, values):
+    with pytest.raises(WeightsError, match='cannot be used'):
+        dataclasses.replace(calibration, **{name: np.asarray(values)})

@@ -89,6 +89,18 @@ def test_a_bad_card_is_told(saved, content, reason):
         load_metric(saved[1])
 
 
+@pytest.mark.parametrize(
+    ('name', 'value'),
+    [('encoder', ['a']), ('sha256', None), ('headings', 0), ('headings', '4'), ('num_points', 0),
+     ('num_points', True), ('config', [])],
+)  # fmt: skip
+def test_a_card_with_entries_of_the_wrong_kind_is_told(saved, name, value):
+    card = saved[1].with_suffix('.json')
+    card.write_text(json.dumps({**json.loads(card.read_text()), name: value}))
+    with pytest.raises(WeightsError, match=f'{name} is '):
+        load_metric(saved[1])
+
+
 def test_embedding_does_not_depend_on_where_the_scene_is(saved, scene):
     metric = load_metric(saved[1])
     shift = np.array([3.0, -2.0, 0.7])
