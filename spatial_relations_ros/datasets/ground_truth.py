@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spatial_relations_ros.core import DatasetFormatError, Relation
+from spatial_relations_ros.datasets.freiburg.lines import read_lines
 
 GROUND_TRUTH_FILE = 'ground_truth.jsonl'
 MEASURES = ('lean', 'overhang', 'gap', 'depth')
@@ -40,16 +41,15 @@ def read_measures(folder: Path, scene_names: Sequence[str]) -> NDArray[np.float3
     if not path.is_file():
         return None
     rows: dict[str, list[float]] = {}
-    with open(path, encoding='utf-8') as lines:
-        for number, line in enumerate(lines, start=1):
-            try:
-                truth = json.loads(line)
-                rows[truth['scene']] = _row(truth)
-            except (ValueError, KeyError, TypeError) as error:
-                raise DatasetFormatError(
-                    f'{path}, line {number}: {error!r}; expected a JSON object with scene, '
-                    'relation, lean_rad, overhang_share, clearance, extent and depth_share'
-                ) from error
+    for number, line in enumerate(read_lines(path), start=1):
+        try:
+            truth = json.loads(line)
+            rows[truth['scene']] = _row(truth)
+        except (ValueError, KeyError, TypeError, ArithmeticError) as error:
+            raise DatasetFormatError(
+                f'{path}, line {number}: {error!r}; expected a JSON object with scene, '
+                'relation, lean_rad, overhang_share, clearance, extent and depth_share'
+            ) from error
     unknown = [np.nan] * len(MEASURES)
     return np.array([rows.get(name, unknown) for name in scene_names], dtype=np.float32)
 

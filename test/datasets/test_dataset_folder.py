@@ -163,6 +163,24 @@ def break_split_missing(folder: Path) -> str:
     return r'split2_test\.txt does not exist'
 
 
+def break_split_half_missing(folder: Path) -> str:
+    (folder / 'cross_validation_splits' / 'split2_train.txt').unlink()
+    return r'split2_train\.txt does not exist'
+
+
+def break_first_label(folder: Path) -> str:
+    lines = (folder / 'labels.tsv').read_text().splitlines()[1:]
+    lines[0] = lines[0].split()[0] + '\tontop'
+    (folder / 'labels.tsv').write_text('\n'.join(lines))
+    return r"labels\.tsv:1: label 'ontop' is unknown"
+
+
+def break_far_away(folder: Path) -> str:
+    with open(folder / 'scenes.txt', 'a') as file:
+        file.write('box0_cup0_9;0,1e300,0.1;1,0,0,0;\n')
+    return r"scenes\.txt:6: translation '0,1e300,0.1' is farther than 10000"
+
+
 def break_same_object(folder: Path) -> str:
     with open(folder / 'scenes.txt', 'a') as file:
         file.write('cup0_cup0_9;0,0,0.1;1,0,0,0;\n')
@@ -181,6 +199,9 @@ def break_same_object(folder: Path) -> str:
         break_split_empty,
         break_split_name,
         break_split_missing,
+        break_split_half_missing,
+        break_first_label,
+        break_far_away,
         break_same_object,
     ],
 )

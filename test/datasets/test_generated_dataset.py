@@ -152,3 +152,35 @@ def test_numbers_that_are_too_small(tmp_path, wrong):
     arguments = {'num_scenes': 28, 'num_objects': 20, 'seed': 0, 'num_points': 10} | wrong
     with pytest.raises(ConfigError, match='are needed'):
         generate_dataset(tmp_path, **arguments)
+
+
+def test_a_smaller_dataset_replaces_a_larger_one_wholly(tmp_path):
+    for folder, num_objects in (('used', 48), ('used', 12), ('fresh', 12)):
+        generate_dataset(
+            tmp_path / folder, num_scenes=28, num_objects=num_objects, seed=5, num_points=100
+        )
+    assert digest(tmp_path / 'used') == digest(tmp_path / 'fresh')
+    assert len(load_dataset(tmp_path / 'used').splits) == 15
+
+
+def test_what_was_not_generated_is_not_replaced(tmp_path):
+    (tmp_path / 'scenes.txt').write_text('name\n')
+    steps = []
+    with pytest.raises(ConfigError, match='were not generated; choose another folder'):
+        generate_dataset(
+            tmp_path, num_scenes=28, num_objects=12, seed=5,
+            on_progress=lambda *done: steps.append(done),
+        )  # fmt: skip
+    assert steps == []
+    assert [path.name for path in tmp_path.iterdir()] == ['scenes.txt']
+
+
+def test_one_that_was_not_written_to_the_end_is_replaced(tmp_path):
+    """Killed after any file, it is known as generated and replaced by the same command."""
+    arguments = {'num_scenes': 28, 'num_objects': 12, 'seed': 5, 'num_points': 100}
+    generate_dataset(tmp_path / 'whole', **arguments)
+    for name in ('scenes.txt', 'ground_truth.jsonl', 'objects.json'):
+        generate_dataset(tmp_path / 'half', **arguments)
+        (tmp_path / 'half' / name).unlink()
+        generate_dataset(tmp_path / 'half', **arguments)
+        assert digest(tmp_path / 'half') == digest(tmp_path / 'whole')

@@ -1,9 +1,12 @@
 """Reading the continuous ground truth beside the labels."""
 
+import contextlib
 import json
 
 import numpy as np
 import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
 
 from spatial_relations_ros.core import DatasetFormatError, Relation
 from spatial_relations_ros.datasets.ground_truth import MEASURES, read_measures
@@ -43,9 +46,28 @@ def test_a_dataset_without_the_file_has_no_measures(tmp_path):
 
 
 @pytest.mark.parametrize(
-    'line', ['{', '[]', '{"scene": "a"}', truth('a', 3, extent='wide'), truth('a', 9)]
+    'line',
+    [
+        '{',
+        '[]',
+        '{"scene": "a"}',
+        truth('a', 3, extent='wide'),
+        truth('a', 3, extent=0),
+        truth('a', 3, lean_rad=10**400),
+        truth('a', 9),
+    ],
 )
 def test_a_damaged_line_is_named(tmp_path, line):
     write(tmp_path, truth('first', Relation.INSIDE), line)
     with pytest.raises(DatasetFormatError, match='line 2'):
         read_measures(tmp_path, ['first'])
+
+
+@settings(
+    max_examples=60, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
+)
+@given(content=st.binary(max_size=200))
+def test_any_bytes_give_measures_or_a_named_error(tmp_path, content):
+    (tmp_path / 'ground_truth.jsonl').write_bytes(content)
+    with contextlib.suppress(DatasetFormatError):
+        assert read_measures(tmp_path, ['a']).shape == (1, len(MEASURES))

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import json
 import re
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,7 +14,9 @@ from numpy.typing import NDArray
 from spatial_relations_ros.core import DatasetFormatError, InvalidPoseError, Pose, Relation
 
 _SEPARATOR = re.compile(r'[;:]')
+_SCENE_NAME = re.compile(r'\S+_\S+_\d+')
 _UNCHANGED = Pose.identity()
+_FARTHEST = 1e4
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,11 +53,15 @@ def parse_scene_line(line: str, *, where: str = 'line', line_number: int = 0) ->
             f'{where}: expected name;tx,ty,tz;qw,qx,qy,qz[;q of object 1], got {line.strip()!r}'
         )
     name = fields[0]
-    if not re.fullmatch(r'\S+_\S+_\d+', name):
+    if not _SCENE_NAME.fullmatch(name):
         raise DatasetFormatError(
             f'{where}: scene name {name!r} is not of the form object1_object2_number'
         )
     translation = _numbers(fields[1], 3, 'translation', where)
+    if (np.abs(translation) > _FARTHEST).any():
+        raise DatasetFormatError(
+            f'{where}: translation {fields[1]!r} is farther than {_FARTHEST:g} from object 1'
+        )
     quat_relative = _numbers(fields[2], 4, 'quaternion of object 2', where)
     try:
         world_from_relative = Pose(translation, quat_relative)
@@ -130,7 +138,7 @@ def read_labels(path: Path) -> dict[str, Relation]:
     labels: dict[str, Relation] = {}
     for number, line in enumerate(read_lines(path), start=1):
         fields = line.split()
-        if not fields or (number == 1 and not fields[-1].lstrip('-').isdigit()):
+        if not fields or (number == 1 and _is_header(fields)):
             continue
         if len(fields) < 2:
             raise DatasetFormatError(
@@ -148,6 +156,11 @@ def read_labels(path: Path) -> dict[str, Relation]:
     return labels
 
 
+def _is_header(fields: list[str]) -> bool:
+    """Whether the first line of a label file names columns rather than a scene."""
+    return not fields[-1].lstrip('-').isdigit() and not _SCENE_NAME.fullmatch(fields[0])
+
+
 def read_scene_names(path: Path) -> list[tuple[int, str]]:
     """Line numbers and scene names of a split file: the first word of each line.
 
@@ -162,6 +175,21 @@ def read_scene_names(path: Path) -> list[tuple[int, str]]:
     if not names:
         raise DatasetFormatError(f'{path}: the split is empty')
     return names
+
+
+def read_json(path: Path) -> dict[str, Any]:
+    """A JSON object.
+
+    Raises:
+        DatasetFormatError: when the file is missing or is none.
+    """
+    try:
+        content = json.loads('\n'.join(read_lines(path)))
+    except ValueError as error:
+        raise DatasetFormatError(f'{path} is not JSON: {error}') from error
+    if not isinstance(content, dict):
+        raise DatasetFormatError(f'{path} holds no JSON object')
+    return content
 
 
 def read_lines(path: Path) -> list[str]:

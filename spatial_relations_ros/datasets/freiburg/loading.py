@@ -153,10 +153,13 @@ def _object_ids(line: SceneLine, known: set[str], path: Path) -> tuple[str, str]
 def _read_splits(folder: Path, names: set[str]) -> tuple[Split, ...]:
     if not folder.is_dir():
         return ()
+    # By either part, so that one without the other is missed.
     numbers = sorted(
-        int(match.group(1))
-        for path in folder.iterdir()
-        if (match := re.fullmatch(r'split(\d+)_train\.txt', path.name))
+        {
+            int(match.group(1))
+            for path in folder.iterdir()
+            if (match := re.fullmatch(r'split(\d+)_(train|test)\.txt', path.name))
+        }
     )
     if not numbers:
         raise DatasetFormatError(f'{folder} holds no split<k>_train.txt')

@@ -33,9 +33,9 @@ def write_dataset(folder: Path | str, dataset: RelationDataset) -> None:
     """
     folder = Path(folder)
     for object_id, points in dataset.clouds.items():
-        save_cloud(folder / 'pointclouds' / f'{object_id}{PAPER_CLOUD_ENDING}.pcd', points)
+        save_cloud(_cloud_path(folder, object_id), points)
     for object_id, mesh in dataset.meshes.items():
-        save_mesh(folder / MESHES_FOLDER / f'{object_id}.ply', mesh)
+        save_mesh(_mesh_path(folder, object_id), mesh)
     write_lines(
         folder / SCENES_FILE,
         [SCENES_HEADER]
@@ -58,6 +58,30 @@ def _write_splits(folder: Path, splits: Iterable[Split]) -> None:
     for number, split in enumerate(splits, start=1):
         write_lines(folder / f'split{number}_train.txt', split.train)
         write_lines(folder / f'split{number}_test.txt', split.test)
+
+
+def remove_models(folder: Path, object_ids: Iterable[str]) -> None:
+    """Removes clouds and meshes that :func:`write_dataset` wrote; those of other names stay."""
+    for object_id in object_ids:
+        _cloud_path(folder, object_id).unlink(missing_ok=True)
+        _mesh_path(folder, object_id).unlink(missing_ok=True)
+
+
+def remove_splits(folder: Path) -> None:
+    """Removes the files of all splits."""
+    for name in (SPLITS_FOLDER, OBJECT_SPLITS_FOLDER):
+        for path in (folder / name).glob('split*_*.txt'):
+            path.unlink(missing_ok=True)
+        if (folder / name).is_dir() and not any((folder / name).iterdir()):
+            (folder / name).rmdir()
+
+
+def _cloud_path(folder: Path, object_id: str) -> Path:
+    return folder / 'pointclouds' / f'{object_id}{PAPER_CLOUD_ENDING}.pcd'
+
+
+def _mesh_path(folder: Path, object_id: str) -> Path:
+    return folder / MESHES_FOLDER / f'{object_id}.ply'
 
 
 def write_lines(path: Path, lines: Iterable[str]) -> None:

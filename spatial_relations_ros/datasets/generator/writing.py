@@ -12,7 +12,13 @@ import numpy as np
 from spatial_relations_ros import __version__
 from spatial_relations_ros.core import ConfigError, Relation
 from spatial_relations_ros.datasets.freiburg import RelationDataset, RelationScene, write_dataset
-from spatial_relations_ros.datasets.freiburg.writing import write_lines
+from spatial_relations_ros.datasets.freiburg.lines import read_json
+from spatial_relations_ros.datasets.freiburg.loading import SCENES_FILE
+from spatial_relations_ros.datasets.freiburg.writing import (
+    remove_models,
+    remove_splits,
+    write_lines,
+)
 from spatial_relations_ros.datasets.generator.drawing import (
     DrawnScene,
     draw_scenes,
@@ -24,8 +30,10 @@ from spatial_relations_ros.datasets.generator.splits import (
     object_splits,
     scene_splits,
 )
+from spatial_relations_ros.datasets.ground_truth import GROUND_TRUTH_FILE
 from spatial_relations_ros.placement.model import ObjectModel
 
+MADE_WITH_FILE, OBJECTS_FILE = 'dataset.json', 'objects.json'
 NUM_SPLITS = 15
 MIN_SCENES = 4 * len(Relation)
 POINTS_PER_OBJECT = 8192
@@ -56,7 +64,7 @@ def generate_dataset(
     All labels are equally frequent. The same arguments give the same bytes.
 
     Args:
-        folder: is made; files of the same names are replaced.
+        folder: is made; a dataset that was generated there before is replaced.
         num_scenes: scenes in all, at least 28: splits test a quarter of each relation's.
         num_objects: objects in all, at least 10, spread evenly over the families. From 48
             objects up they are dealt to groups and scenes pair objects of the same group, so
@@ -68,7 +76,8 @@ def generate_dataset(
         physics: refuse scenes that do not stay as they are in a simulation.
 
     Raises:
-        ConfigError: for numbers that are too small, or for ``physics`` without MuJoCo.
+        ConfigError: for numbers that are too small, a folder with other scenes, or ``physics``
+            without MuJoCo.
     """
     got = (num_scenes, num_objects, num_points, seed, num_jobs)
     if any(value < least for value, least in zip(got, _LEAST, strict=True)):
@@ -77,6 +86,7 @@ def generate_dataset(
             + 'at least {}, {}, {}, {} and {} are needed'.format(*_LEAST)
         )
     folder = Path(folder)
+    before = _objects_before(folder)
     models = generate_objects(num_objects, seed=seed)
     drawn = []
     source = draw_scenes(
@@ -87,7 +97,6 @@ def generate_dataset(
         if on_progress is not None:
             on_progress(len(drawn), num_scenes)
     scenes = [entry.scene for entry in drawn]
-    write_dataset(folder, _dataset(models, scenes, seed=seed, num_points=num_points))
     described = {
         model.name: {'family': model.family, 'dimensions': dict(model.dimensions)}
         for model in models
@@ -101,9 +110,31 @@ def generate_dataset(
         'version': __version__,
         'rejected': _rejected(drawn),
     }
-    write_lines(folder / 'dataset.json', [json.dumps(made_with, indent=1)])
-    write_lines(folder / 'objects.json', [json.dumps(described, indent=1, sort_keys=True)])
-    write_lines(folder / 'ground_truth.jsonl', [json.dumps(entry.truth) for entry in drawn])
+    # These two first: they say, if the rest is not written to the end, that all may be replaced.
+    write_lines(folder / MADE_WITH_FILE, [json.dumps(made_with, indent=1)])
+    everything = {**dict.fromkeys(before, None), **described}
+    write_lines(folder / OBJECTS_FILE, [json.dumps(everything, indent=1, sort_keys=True)])
+    remove_models(folder, before - set(described))
+    remove_splits(folder)
+    write_dataset(folder, _dataset(models, scenes, seed=seed, num_points=num_points))
+    write_lines(folder / OBJECTS_FILE, [json.dumps(described, indent=1, sort_keys=True)])
+    write_lines(folder / GROUND_TRUTH_FILE, [json.dumps(entry.truth) for entry in drawn])
+
+
+def _objects_before(folder: Path) -> set[str]:
+    """The objects of the generated dataset that a folder holds; none where there is none.
+
+    Raises:
+        ConfigError: when it holds scenes that were not generated.
+        DatasetFormatError: when its list of objects cannot be read.
+    """
+    if not (folder / MADE_WITH_FILE).is_file():
+        if (folder / SCENES_FILE).exists():
+            raise ConfigError(
+                f'{folder} holds scenes that were not generated; choose another folder'
+            )
+        return set()
+    return set(read_json(folder / OBJECTS_FILE)) if (folder / OBJECTS_FILE).is_file() else set()
 
 
 def _rejected(drawn: Sequence[DrawnScene]) -> dict[str, dict[str, int]]:
