@@ -149,7 +149,7 @@ def generalize(
         with atomic_write(markdown) as temporary:
             temporary.write_text(tables.markdown(content['results']))
     from spatial_relations_ros.cli.provenance import provenance
-    from spatial_relations_ros.evaluation.training import describe_data
+    from spatial_relations_ros.evaluation.held_out import describe_data
     from spatial_relations_ros.learning import load_metric
 
     output.write_json(

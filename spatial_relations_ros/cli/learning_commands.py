@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -21,6 +22,14 @@ from spatial_relations_ros.cli.output import (
 if TYPE_CHECKING:
     from spatial_relations_ros.learning.trainer import TrainingProgress
 
+
+class Precision(StrEnum):
+    """Of the convolutions in training."""
+
+    FLOAT32 = 'float32'
+    BFLOAT16 = 'bfloat16'
+
+
 DatasetArgument = Annotated[Path, typer.Argument(metavar='DIR', help='Dataset folder.')]
 
 
@@ -36,6 +45,14 @@ def train(
     steps: Annotated[
         int | None,
         typer.Option('--steps', min=1, help='Instead of those configured.', show_default=False),
+    ] = None,
+    precision: Annotated[
+        Precision | None,
+        typer.Option(
+            '--precision', show_default=False,
+            help='Of the convolutions, instead of the one configured (float32); bfloat16 is mixed '
+            'precision, for GPUs.',
+        ),
     ] = None,
     held_out: Annotated[
         Path | None,
@@ -80,6 +97,7 @@ def train(
             config_name=config,
             seed=seed,
             steps=steps,
+            precision=None if precision is None else precision.value,
             held_out_dir=held_out,
             run_dir=run_dir,
             device=device,

@@ -97,9 +97,9 @@ def retrieve(
         protocols_of,
         seed_groups,
     )
+    from spatial_relations_ros.evaluation.held_out import describe_data
     from spatial_relations_ros.evaluation.labelled_scenes import LabelledScenes
     from spatial_relations_ros.evaluation.retrieval_tables import markdown_table, table_rows
-    from spatial_relations_ros.evaluation.training import describe_data
 
     output = Output(json_path)
     check_file(markdown, '--markdown')

@@ -55,11 +55,7 @@ def evaluate_embeddings(
     Raises:
         DatasetFormatError: when there are too few scenes.
     """
-    if len(gallery) < NUM_NEIGHBOURS or len(queries) < 1:
-        raise DatasetFormatError(
-            f'{len(queries)} test and {len(gallery)} training scenes; retrieval needs at least '
-            f'1 and {NUM_NEIGHBOURS}'
-        )
+    check_enough(len(gallery), len(queries))
     order = ranked(gallery, queries)
     matches = gallery_labels[order] == query_labels[:, None]
     hits = matches[:, :NUM_NEIGHBOURS].sum(axis=1)
@@ -74,6 +70,19 @@ def evaluate_embeddings(
         num_queries=len(queries),
         num_gallery=len(gallery),
     )
+
+
+def check_enough(num_gallery: int, num_queries: int) -> None:
+    """Checks that there are scenes to look up, and enough among which to look.
+
+    Raises:
+        DatasetFormatError: when there are not.
+    """
+    if num_gallery < NUM_NEIGHBOURS or num_queries < 1:
+        raise DatasetFormatError(
+            f'{num_queries} test and {num_gallery} training scenes with labels; retrieval needs '
+            f'at least 1 and {NUM_NEIGHBOURS}'
+        )
 
 
 def ranked(gallery: NDArray[np.floating], queries: NDArray[np.floating]) -> NDArray[np.int64]:

@@ -12,7 +12,11 @@ from numpy.typing import NDArray
 from spatial_relations_ros.core import DatasetFormatError, Relation
 from spatial_relations_ros.datasets.freiburg import RelationDataset, Split
 from spatial_relations_ros.evaluation.labelled_scenes import LabelledScenes, OnProgress
-from spatial_relations_ros.evaluation.retrieval import RetrievalResult, evaluate_embeddings
+from spatial_relations_ros.evaluation.retrieval import (
+    RetrievalResult,
+    check_enough,
+    evaluate_embeddings,
+)
 from spatial_relations_ros.learning import RelationMetric
 
 PROTOCOLS = ('scene', 'object')
@@ -92,6 +96,23 @@ def splits_of(dataset: RelationDataset, protocol: str) -> Sequence[Split]:
             f'and {len(dataset.object_splits)} object splits'
         )
     return splits
+
+
+def check_splits(dataset: RelationDataset) -> None:
+    """Checks that retrieval can run over all splits of a dataset, before anything is computed.
+
+    Raises:
+        DatasetFormatError: when it has no splits, or a split with too few labelled scenes.
+    """
+    if not (dataset.splits or dataset.object_splits):
+        splits_of(dataset, PROTOCOLS[0])
+    scenes = LabelledScenes.of(dataset)
+    for protocol, splits in zip(PROTOCOLS, (dataset.splits, dataset.object_splits), strict=True):
+        for split in splits:
+            try:
+                check_enough(len(scenes.rows(split.train)), len(scenes.rows(split.test)))
+            except DatasetFormatError as error:
+                raise DatasetFormatError(f'{protocol} {split.name}: {error}') from error
 
 
 def evaluate_splits(

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import dataclasses
-import hashlib
-import json
 import platform
+from collections.abc import Collection
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
@@ -13,17 +12,17 @@ from typing import Any
 import numpy as np
 
 from spatial_relations_ros import __version__
-from spatial_relations_ros.core import DatasetFormatError
-from spatial_relations_ros.datasets.freiburg import RelationDataset, Split, load_dataset
+from spatial_relations_ros.datasets.freiburg import RelationDataset, load_dataset
 from spatial_relations_ros.datasets.ground_truth import read_measures
 from spatial_relations_ros.evaluation.calibrating import calibrate, calibration_entry
-from spatial_relations_ros.evaluation.comparison import report_entry
+from spatial_relations_ros.evaluation.comparison import protocols_of, report_entry
+from spatial_relations_ros.evaluation.held_out import HeldOut, describe_data
 from spatial_relations_ros.evaluation.labelled_scenes import LabelledScenes
-from spatial_relations_ros.evaluation.splits_report import SplitsReport, retrieve, splits_of
+from spatial_relations_ros.evaluation.splits_report import SplitsReport, retrieve
 from spatial_relations_ros.learning import ModelCard, RelationMetric, load_metric, save_metric
 from spatial_relations_ros.learning.distributed import is_main_process
 from spatial_relations_ros.learning.trainer import ProgressCallback, train_encoder
-from spatial_relations_ros.learning.training_config import TrainingConfig, training_config
+from spatial_relations_ros.learning.training_config import training_config
 from spatial_relations_ros.learning.training_set import TrainingSet
 from spatial_relations_ros.visualization import write_image
 from spatial_relations_ros.visualization.curves import draw_loss_curve
@@ -36,6 +35,7 @@ def train_metric(
     config_name: str = 'default',
     seed: int = 0,
     steps: int | None = None,
+    precision: str | None = None,
     held_out_dir: Path | None = None,
     run_dir: Path | None = None,
     device: str = 'auto',
@@ -49,6 +49,7 @@ def train_metric(
         config_name: of a training configuration.
         seed: of everything random in training.
         steps: instead of the configuration's.
+        precision: ``float32`` or ``bfloat16``, instead of the configuration's.
         held_out_dir: another dataset, of other objects, for the retrieval numbers and the
             calibration; training then uses all of ``data_dir``. None trains on the first object
             split (else the first scene split) and measures on its test part.
@@ -68,14 +69,12 @@ def train_metric(
     config = training_config(config_name)
     if steps is not None:
         config = dataclasses.replace(config, steps=steps)
+    if precision is not None:
+        config = dataclasses.replace(config, precision=precision)
     dataset = load_dataset(data_dir)
-    other = None if held_out_dir is None else load_dataset(held_out_dir)
-    if other is not None:
-        # Trouble with it is told before the training and not after.
-        splits_of(other, 'scene')
-    split = _own_split(dataset) if other is None else None
-    names = {entry.name for entry in dataset.scenes} if split is None else set(split.train)
-    training_set = make_training_set(dataset, names, data_dir)
+    held_out = HeldOut.of(dataset, held_out_dir)
+    training_set = make_training_set(dataset, held_out.trained, data_dir)
+    data = describe_data(data_dir, dataset, num_scenes=len(training_set.labels))
     encoder = train_encoder(
         training_set, config, seed=seed, run_dir=run_dir, device=device, on_progress=on_progress
     )
@@ -88,24 +87,16 @@ def train_metric(
         num_points=config.num_points,
         headings=config.headings,
         config={'name': config_name, 'seed': seed, **dataclasses.asdict(config)},
-        data=describe_data(data_dir, dataset, num_scenes=len(training_set.labels)),
+        data=data,
         steps=config.steps,
         versions=_versions(),
     )
     metric = RelationMetric(encoder, card)
-    if held_out_dir is not None and other is not None:
-        held_out = LabelledScenes.of(other)
-        described: dict[str, Any] = {'data': describe_data(held_out_dir, other)}
-    else:
-        assert split is not None
-        other = dataclasses.replace(dataset, splits=(split,), object_splits=())
-        held_out = LabelledScenes.of(dataset, set(split.test))
-        described = {'split': split.name}
-    calibration = calibrate(metric, LabelledScenes.of(dataset, names), held_out)
+    calibration = calibrate(metric, LabelledScenes.of(dataset, held_out.trained), held_out.tested)
     card = dataclasses.replace(
         card,
-        retrieval={**retrieval_entry(metric, other), **described},
-        calibration={**calibration_entry(calibration), **described},
+        retrieval={**retrieval_entry(metric, held_out.dataset), **held_out.described},
+        calibration={**calibration_entry(calibration), **held_out.described},
     )
     return save_metric(encoder, card, out, calibration=calibration)
 
@@ -116,7 +107,7 @@ def _draw_losses(run_dir: Path) -> None:
 
 
 def make_training_set(
-    dataset: RelationDataset, names: set[str], data_dir: Path | None = None
+    dataset: RelationDataset, names: Collection[str], data_dir: Path | None = None
 ) -> TrainingSet:
     """The labelled scenes of these names as tensors, with the folder's ground truth if any."""
     entries = [
@@ -137,33 +128,12 @@ def measure_retrieval(weights: Path | None, data_dir: Path, protocol: str) -> Sp
 
 
 def retrieval_entry(metric: RelationMetric, dataset: RelationDataset) -> dict[str, Any]:
-    """Retrieval over scene splits and, where the dataset has them, object splits."""
-    entry = report_entry(retrieve(metric, dataset))
-    if dataset.object_splits:
-        entry['object_splits'] = report_entry(retrieve(metric, dataset, protocol='object'))
+    """Retrieval over scene splits and object splits, as far as the dataset has them."""
+    first, *others = protocols_of(dataset, 'both')
+    entry = report_entry(retrieve(metric, dataset, protocol=first))
+    for protocol in others:
+        entry[f'{protocol}_splits'] = report_entry(retrieve(metric, dataset, protocol=protocol))
     return entry
-
-
-def describe_data(
-    folder: Path, dataset: RelationDataset, *, num_scenes: int | None = None
-) -> dict[str, Any]:
-    """What identifies a dataset: counts, the hash of its scene file, and how it was generated."""
-    scenes_file, made_with = folder / 'scenes.txt', folder / 'dataset.json'
-    generated = {'generated': json.loads(made_with.read_text())} if made_with.is_file() else {}
-    return {
-        'num_objects': len(dataset.clouds),
-        'num_scenes': len(dataset.scenes) if num_scenes is None else num_scenes,
-        'scenes_sha256': hashlib.sha256(scenes_file.read_bytes()).hexdigest(),
-        **generated,
-    }
-
-
-def _own_split(dataset: RelationDataset) -> Split:
-    for split in (*dataset.object_splits, *dataset.splits):
-        return split
-    raise DatasetFormatError(
-        'the dataset has no split to hold scenes out; name another dataset for that'
-    )
 
 
 def _versions() -> dict[str, str]:
@@ -173,13 +143,3 @@ def _versions() -> dict[str, str]:
         'python': platform.python_version(),
         **{name: version(name) for name in packages},
     }
-
-
-__all__ = [
-    'TrainingConfig',
-    'describe_data',
-    'make_training_set',
-    'measure_retrieval',
-    'retrieval_entry',
-    'train_metric',
-]

@@ -30,6 +30,15 @@ def test_train_writes_weights_that_retrieve_can_use(relations, data, tmp_path):
     assert len(table.read_text().splitlines()) == 2 + 3
 
 
+def test_mixed_precision_is_an_option_and_stands_in_the_card(relations, data, tmp_path):
+    out = tmp_path / 'w.safetensors'
+    result = relations('train', data, '--out', out, '--steps', 1, '--precision', 'bfloat16')
+    assert result.exit_code == 0, result.output
+    card = json.loads(out.with_suffix('.json').read_text())
+    assert card['config']['precision'] == 'bfloat16'
+    assert relations('train', data, '--out', out, '--precision', 'int8').exit_code == 2
+
+
 def test_several_weights_are_compared_in_one_run(relations, data, weights, calibrated_weights):
     chosen = ['--weights', weights, '--weights', calibrated_weights, '--baselines', 'none']
     result = relations('retrieve', data, *chosen, '--json', '-')

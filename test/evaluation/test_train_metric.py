@@ -43,7 +43,8 @@ def test_without_other_data_a_split_is_held_out(data, tmp_path):
     card = train_metric(data, tmp_path / 'weights.safetensors', steps=2, device='cpu')
     dataset = load_dataset(data)
     split = (*dataset.object_splits, *dataset.splits)[0]
-    assert card.retrieval['split'] == split.name
+    assert card.retrieval['split'] == f'scene {split.name}'
+    assert card.retrieval['protocol'] == '1 scene splits'
     assert card.data['num_scenes'] == len(split.train)
 
 
@@ -78,5 +79,47 @@ def test_held_out_data_without_splits_is_refused_before_training(data, tmp_path)
     with pytest.raises(DatasetFormatError, match='no scene splits'):
         train_metric(
             data, tmp_path / 'w.safetensors', steps=1, held_out_dir=bare, on_progress=steps.append
+        )
+    assert steps == []
+
+
+def test_a_split_over_objects_is_called_so(tmp_path):
+    folder = tmp_path / 'data'
+    generate_dataset(folder, num_scenes=56, num_objects=48, seed=3)
+    card = train_metric(folder, tmp_path / 'weights.safetensors', steps=1, device='cpu')
+    assert card.retrieval['split'] == 'object split1'
+    assert card.retrieval['protocol'] == '1 object splits'
+    assert card.data['num_scenes'] == len(load_dataset(folder).object_splits[0].train)
+
+
+def without_labels(folder):
+    (folder / 'labels.tsv').unlink()
+
+
+def with_one_label(folder):
+    lines = (folder / 'labels.tsv').read_text().splitlines()[:2]
+    (folder / 'labels.tsv').write_text('\n'.join(lines))
+
+
+def with_damaged_description(folder):
+    (folder / 'dataset.json').write_text('{')
+
+
+@pytest.mark.parametrize(
+    ('damage', 'complaint'),
+    [
+        (without_labels, 'scene split1: 0 test and 0 training scenes with labels'),
+        (with_one_label, r'scene split1: \d test and \d training scenes with labels'),
+        (with_damaged_description, 'dataset.json is not JSON'),
+    ],
+)
+def test_trouble_with_held_out_data_is_told_before_training(data, tmp_path, damage, complaint):
+    other = tmp_path / 'other'
+    shutil.copytree(data, other)
+    damage(other)
+    steps = []
+    with pytest.raises(DatasetFormatError, match=complaint):
+        train_metric(
+            data, tmp_path / 'w.safetensors', steps=1, held_out_dir=other, on_progress=steps.append
         )
     assert steps == []
