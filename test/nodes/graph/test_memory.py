@@ -33,7 +33,8 @@ def test_embeddings_and_distances_are_those_of_the_metric(
     by_scene = session.call(Embed, '/metric_node/embed', scene=[found.scene])
     assert by_ids.model_hash == metric.model_hash
     expected = metric.embed_scenes([scene_from_msg(found.scene)])[0]
-    np.testing.assert_allclose(by_ids.embedding, expected, atol=1e-4)
+    # What ids name is seen anew, perhaps a frame later and some tenths of a millimetre elsewhere.
+    np.testing.assert_allclose(by_ids.embedding, expected, atol=5e-3)
     np.testing.assert_allclose(by_scene.embedding, expected, atol=1e-4)
     same = session.call(
         Distance,
@@ -47,8 +48,8 @@ def test_embeddings_and_distances_are_those_of_the_metric(
         reference_ids=session.reference_ids,
         test_ids=session.test_ids,
     )
-    assert same.distance == pytest.approx(0.0, abs=1e-3)
-    assert other.distance > same.distance
+    assert same.distance == pytest.approx(0.0, abs=0.02)
+    assert other.distance > 5.0 * same.distance
     # Scenes given and not seen: what else is answered is that of the metric exactly.
     given = session.call(
         Distance,
@@ -85,7 +86,7 @@ def test_relations_are_remembered_found_imitated_and_forgotten(session: DemoSess
     assert list(listed.base_ids) == [session.test_ids[0], session.reference_ids[0]]
     nearest = session.call(Nearest, '/metric_node/nearest', object_ids=session.reference_ids, k=2)
     assert list(nearest.names) == ['shown', 'apart']
-    assert nearest.distances[0] == pytest.approx(0.0, abs=1e-3)
+    assert nearest.distances[0] == pytest.approx(0.0, abs=0.02)
     recalled = session.call(Recall, '/metric_node/recall', name='shown')
     assert scene_from_msg(recalled.scene).object_ids == tuple(session.reference_ids)
     imitated = session.imitate(reference_ids=[], reference_name='shown')
