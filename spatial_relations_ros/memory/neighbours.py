@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
@@ -49,13 +50,18 @@ class EmbeddingIndex:
         """Adds relations: id, name, embedding as a blob of float32; ids must rise.
 
         Raises:
-            MemoryFileError: when the blobs differ in length.
+            MemoryFileError: when a blob has another length than the others.
         """
         if not relations:
             return
-        lengths = {len(blob) for _, _, blob in relations}
-        if len(lengths) > 1 or (self._names and lengths != {4 * len(self._centre)}):
-            raise MemoryFileError('stored embeddings of one model differ in length')
+        lengths = Counter(len(blob) for _, _, blob in relations)
+        usual = 4 * len(self._centre) if self._names else lengths.most_common(1)[0][0]
+        for _, name, blob in relations if set(lengths) != {usual} else ():
+            if len(blob) != usual:
+                raise MemoryFileError(
+                    f'the embedding of {name!r} is damaged: {len(blob)} bytes where the others '
+                    f'have {usual}; forget that relation or remember it anew'
+                )
         flat = read_blob(b''.join(blob for _, _, blob in relations), '<f4')
         embeddings = flat.reshape(len(relations), -1)
         if not self._names:

@@ -248,7 +248,7 @@ def test_a_damaged_embedding_is_said_at_each_search(memory):
         memory.remember(name, make_scene(), np.zeros(4), 'model')
     memory._connection.execute("UPDATE relations SET embedding = x'00' WHERE name = 'two'")
     for _ in range(2):
-        with pytest.raises(MemoryFileError, match='differ in length'):
+        with pytest.raises(MemoryFileError, match="embedding of 'two' is damaged"):
             memory.nearest(np.zeros(4), 1, 'model')
 
 
