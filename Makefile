@@ -36,9 +36,10 @@ REQUIREMENTS := requirements.txt requirements-ros.txt requirements-dev.txt const
 COLCON := MAKEFLAGS=-j$(shell nproc) AMENT_PREFIX_PATH=$(VENV) colcon --log-base $(VENV)/colcon/log build \
   --build-base $(VENV)/colcon/build --install-base $(VENV) --merge-install \
   --event-handlers console_direct- console_cohesion- desktop_notification-
+WEIGHTS := out/weights
 EXECUTABLES := perception_node metric_node imitate_node panel_node play_bag relations
 
-.PHONY: help venv build demo test lint types docs figures clean
+.PHONY: help venv build demo test lint types docs weights figures clean
 help:  ## Shows this list
 	@sed -nE 's/^([a-z]+):.*## (.*)/  make \1\t\2/p' Makefile | expand -t 18
 
@@ -63,12 +64,23 @@ docs: $(PACKAGE)  ## Builds the documentation into out/docs; warnings are errors
 	@sphinx-build --fail-on-warning --keep-going --quiet --doctree-dir out/doctrees docs out/docs
 	@echo 'out/docs/index.html'
 
+weights: $(WEIGHTS)/train/ground_truth.jsonl $(WEIGHTS)/calibration/ground_truth.jsonl  ## Trains the shipped weights from nothing (over an hour) into out/weights
+	@OMP_NUM_THREADS=1 relations train $(WEIGHTS)/train --held-out $(WEIGHTS)/calibration \
+	  --run-dir $(WEIGHTS)/run --out $(WEIGHTS)/default.safetensors $(ARGS)
+
 figures: $(PACKAGE)  ## Draws the documentation's pictures anew
 	@python docs/make_figures.py $(ARGS)
 
 clean:  ## Removes everything that was made here, .venv too
 	rm -rf .venv build install log out .pytest_cache .mypy_cache .ruff_cache .hypothesis
 	find . -name __pycache__ -type d -prune -exec rm -rf {} +
+
+# A dataset's last file; what was begun and not finished is drawn anew.
+$(WEIGHTS)/train/ground_truth.jsonl: | $(PACKAGE)
+	@relations generate $(@D) --scenes 16000 --objects 776 --seed 1 --jobs $(shell nproc)
+
+$(WEIGHTS)/calibration/ground_truth.jsonl: | $(PACKAGE)
+	@relations generate $(@D) --scenes 1050 --objects 194 --seed 101 --jobs $(shell nproc)
 
 $(MADE):
 	@echo '[1/4] Checking the system and making .venv'

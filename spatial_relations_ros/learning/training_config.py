@@ -92,7 +92,7 @@ def _one_of(name: str, value: str, known: tuple[str, ...]) -> None:
 
 
 _DEFAULT = TrainingConfig(
-    steps=5000, loss='neighbourhood', point_noise=0.003, sparse_share=0.15, partial_share=0.12,
+    steps=8000, loss='neighbourhood', point_noise=0.003, sparse_share=0.15, partial_share=0.12,
     graded_weight=0.3, headings=4, random_negatives=0.1,
 )  # fmt: skip
 _PAPER = TrainingConfig(
