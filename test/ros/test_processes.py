@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import socket
+import time
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -46,11 +47,19 @@ def test_a_used_domain_is_not_chosen() -> None:
         assert free_domain_id() != first
 
 
+def environment_of(pid: int) -> list[str]:
+    """Variables of a process; there are none for a moment after it was started."""
+    deadline = time.monotonic() + 30.0
+    while not (given := Path(f'/proc/{pid}/environ').read_text()):
+        assert time.monotonic() < deadline
+    return given.split('\0')
+
+
 def test_nodes_fill_no_more_memory_with_messages_than_they_need(tmp_path: Path) -> None:
     environment = local_graph(free_domain_id(), tmp_path)
     with NodeProcesses(environment, tmp_path) as processes:
         node = processes.start('metric_node')
-        given = Path(f'/proc/{node.pid}/environ').read_text().split('\0')
+        given = environment_of(node.pid)
     (profile,) = (item.partition('=')[2] for item in given if item.startswith('FASTRTPS'))
     sizes = {}
     for path in (profile, environment['FASTRTPS_DEFAULT_PROFILES_FILE']):

@@ -58,7 +58,7 @@ def parse_scene_line(line: str, *, where: str = 'line', line_number: int = 0) ->
             f'{where}: scene name {name!r} is not of the form object1_object2_number'
         )
     translation = _numbers(fields[1], 3, 'translation', where)
-    if (np.abs(translation) > _FARTHEST).any():
+    if np.isfinite(translation).all() and (np.abs(translation) > _FARTHEST).any():
         raise DatasetFormatError(
             f'{where}: translation {fields[1]!r} is farther than {_FARTHEST:g} from object 1'
         )
