@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from spatial_relations_ros.core import ConfigError, Relation
+from spatial_relations_ros.core import ConfigError, DatasetFormatError, Relation
 from spatial_relations_ros.datasets.freiburg import RelationDataset, load_dataset
 from spatial_relations_ros.datasets.generator import generate_dataset, generate_objects
 from spatial_relations_ros.datasets.objects import CONTAINER_FAMILIES, OBJECT_FAMILIES
@@ -184,3 +184,19 @@ def test_one_that_was_not_written_to_the_end_is_replaced(tmp_path):
         (tmp_path / 'half' / name).unlink()
         generate_dataset(tmp_path / 'half', **arguments)
         assert digest(tmp_path / 'half') == digest(tmp_path / 'whole')
+
+
+def test_one_that_is_half_replaced_is_no_dataset(tmp_path, monkeypatch):
+    """Rather than the scenes of one with the clouds of another, or its old ground truth."""
+    arguments = {'num_scenes': 28, 'num_objects': 12, 'num_points': 100}
+    generate_dataset(tmp_path, **arguments, seed=5)
+
+    def killed(folder, dataset):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr('spatial_relations_ros.datasets.generator.writing.write_dataset', killed)
+    with pytest.raises(KeyboardInterrupt):
+        generate_dataset(tmp_path, **arguments, seed=6)
+    assert not (tmp_path / 'ground_truth.jsonl').exists()
+    with pytest.raises(DatasetFormatError, match=r'holds no scenes\.txt'):
+        load_dataset(tmp_path)

@@ -114,6 +114,9 @@ def generate_dataset(
     write_lines(folder / MADE_WITH_FILE, [json.dumps(made_with, indent=1)])
     everything = {**dict.fromkeys(before, None), **described}
     write_lines(folder / OBJECTS_FILE, [json.dumps(everything, indent=1, sort_keys=True)])
+    # Without scenes, what is half replaced is no dataset; with the old ones it would be a mixture.
+    for name in (SCENES_FILE, GROUND_TRUTH_FILE):
+        (folder / name).unlink(missing_ok=True)
     remove_models(folder, before - set(described))
     remove_splits(folder)
     write_dataset(folder, _dataset(models, scenes, seed=seed, num_points=num_points))
