@@ -54,6 +54,13 @@ def train(
             'precision, for GPUs.',
         ),
     ] = None,
+    settings: Annotated[
+        list[str] | None,
+        typer.Option(
+            '--set', metavar='NAME=VALUE', show_default=False,
+            help="Another of the configuration's settings, as in partial_share=0; repeatable.",
+        ),
+    ] = None,
     held_out: Annotated[
         Path | None,
         typer.Option(
@@ -84,7 +91,11 @@ def train(
     check_file(out, '--out')
     check_folder(run_dir, '--run-dir')
     from spatial_relations_ros.evaluation.training import train_metric
+    from spatial_relations_ros.learning.training_config import parse_settings
 
+    changes = parse_settings(settings or [])
+    if precision is not None:
+        changes['precision'] = precision.value
     output = Output(json_path)
     with progress_bar('steps') as advance:
 
@@ -97,7 +108,7 @@ def train(
             config_name=config,
             seed=seed,
             steps=steps,
-            precision=None if precision is None else precision.value,
+            changes=changes,
             held_out_dir=held_out,
             run_dir=run_dir,
             device=device,

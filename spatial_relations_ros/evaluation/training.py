@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import platform
-from collections.abc import Collection
+from collections.abc import Collection, Mapping
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
@@ -35,7 +35,7 @@ def train_metric(
     config_name: str = 'default',
     seed: int = 0,
     steps: int | None = None,
-    precision: str | None = None,
+    changes: Mapping[str, Any] | None = None,
     held_out_dir: Path | None = None,
     run_dir: Path | None = None,
     device: str = 'auto',
@@ -49,7 +49,7 @@ def train_metric(
         config_name: of a training configuration.
         seed: of everything random in training.
         steps: instead of the configuration's.
-        precision: ``float32`` or ``bfloat16``, instead of the configuration's.
+        changes: other attributes of the configuration to replace, by name; the card tells them.
         held_out_dir: another dataset, of other objects, for the retrieval numbers and the
             calibration; training then uses all of ``data_dir``. None trains on the first object
             split (else the first scene split) and measures on its test part.
@@ -63,14 +63,13 @@ def train_metric(
 
     Raises:
         DatasetFormatError: for unusable data.
-        ConfigError: for an unknown configuration, or a device that is not there.
+        ConfigError: for an unknown configuration or unusable changes, or a device that is not
+            there.
         WeightsError: when the checkpoint belongs to another run.
     """
-    config = training_config(config_name)
+    config = dataclasses.replace(training_config(config_name), **(changes or {}))
     if steps is not None:
         config = dataclasses.replace(config, steps=steps)
-    if precision is not None:
-        config = dataclasses.replace(config, precision=precision)
     dataset = load_dataset(data_dir)
     held_out = HeldOut.of(dataset, held_out_dir)
     training_set = make_training_set(dataset, held_out.trained, data_dir)

@@ -3,13 +3,20 @@
 from __future__ import annotations
 
 import dataclasses
+import math
+from collections.abc import Iterable
 from dataclasses import dataclass
+from typing import Any
 
 from spatial_relations_ros.core import ConfigError
 
 LOSSES = ('all_pairs', 'neighbourhood', 'multi_similarity', 'triplet', 'ratio')
 OPTIMIZERS = ('adamw', 'sgdr')
 PRECISIONS = ('float32', 'bfloat16')
+_LEAST = {
+    'steps': 1, 'scenes_per_class': 2, 'num_points': 4, 'warm_restart_steps': 1,
+    'lifted_clones': 0, 'headings': 1,
+}  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -76,13 +83,15 @@ class TrainingConfig:
         _one_of('loss', self.loss, LOSSES)
         _one_of('optimizer', self.optimizer, OPTIMIZERS)
         _one_of('precision', self.precision, PRECISIONS)
-        if self.steps < 1 or self.scenes_per_class < 2 or self.num_points < 4:
-            raise ConfigError(
-                f'steps {self.steps}, scenes_per_class {self.scenes_per_class}, num_points '
-                f'{self.num_points}: at least 1, 2 and 4 are needed'
-            )
+        for name, least in _LEAST.items():
+            if getattr(self, name) < least:
+                raise ConfigError(f'{name} is {getattr(self, name)}; at least {least} is needed')
+        for item in dataclasses.fields(self):
+            value = getattr(self, item.name)
+            if isinstance(value, float) and not 0.0 <= value < math.inf:
+                raise ConfigError(f'{item.name} is {value}; expected a finite number from 0 on')
         for name in ('sparse_share', 'partial_share', 'random_negatives'):
-            if not 0.0 <= getattr(self, name) <= 1.0:
+            if getattr(self, name) > 1.0:
                 raise ConfigError(f'{name} is {getattr(self, name)}; a share lies in 0 to 1')
 
 
@@ -102,10 +111,9 @@ _PAPER = TrainingConfig(
 
 CONFIGS: dict[str, TrainingConfig] = {
     'default': _DEFAULT,
-    # The paper's network with our loss and views.
+    # The paper's network with our loss and views; for GPUs.
     'jund2018': dataclasses.replace(
-        _DEFAULT, encoder='jund2018', steps=400, scenes_per_class=5, num_points=2048,
-        learning_rate=7e-4, lifted_clones=5,
+        _DEFAULT, encoder='jund2018', num_points=2048, learning_rate=7e-4
     ),
     'multi_similarity': dataclasses.replace(_DEFAULT, loss='multi_similarity'),
     'paper': _PAPER,
@@ -124,3 +132,37 @@ def training_config(name: str) -> TrainingConfig:
     if name not in CONFIGS:
         raise ConfigError(f'no configuration {name!r}; there are {", ".join(sorted(CONFIGS))}')
     return CONFIGS[name]
+
+
+def parse_settings(settings: Iterable[str]) -> dict[str, Any]:
+    """What ``NAME=VALUE`` texts set, as arguments of :func:`dataclasses.replace`.
+
+    Args:
+        settings: names of attributes of :class:`TrainingConfig` and their values; a switch is
+            ``true`` or ``false``.
+
+    Raises:
+        ConfigError: for a text without ``=``, an unknown name or a value of another type.
+    """
+    types = {item.name: type(item.default) for item in dataclasses.fields(TrainingConfig)}
+    values: dict[str, Any] = {}
+    for setting in settings:
+        name, equals, text = setting.partition('=')
+        if not equals:
+            raise ConfigError(f'{setting!r} sets nothing; expected NAME=VALUE, as in steps=100')
+        if name not in types:
+            raise ConfigError(f'training has no {name!r} to set; there are {", ".join(types)}')
+        values[name] = _value(name, text, types[name])
+    return values
+
+
+def _value(name: str, text: str, kind: type) -> Any:
+    if kind is bool:
+        if text not in ('true', 'false'):
+            raise ConfigError(f'{name} is {text!r}; expected true or false')
+        return text == 'true'
+    try:
+        return kind(text)
+    except ValueError as error:
+        wanted = 'a whole number' if kind is int else 'a number'
+        raise ConfigError(f'{name} is {text!r}; expected {wanted}') from error

@@ -39,6 +39,25 @@ def test_mixed_precision_is_an_option_and_stands_in_the_card(relations, data, tm
     assert relations('train', data, '--out', out, '--precision', 'int8').exit_code == 2
 
 
+def test_any_setting_of_a_configuration_can_be_set(relations, data, tmp_path):
+    out = tmp_path / 'w.safetensors'
+    chosen = ['--set', 'partial_share=0', '--set', 'swap_channels=true', '--set', 'loss=all_pairs']
+    result = relations('train', data, '--out', out, '--steps', 1, *chosen)
+    assert result.exit_code == 0, result.output
+    config = json.loads(out.with_suffix('.json').read_text())['config']
+    assert (config['name'], config['loss']) == ('default', 'all_pairs')
+    assert config['partial_share'] == 0.0
+    assert config['swap_channels'] is True
+
+
+def test_a_setting_that_training_does_not_have_is_refused(relations, data, tmp_path):
+    out = tmp_path / 'w.safetensors'
+    result = relations('train', data, '--out', out, '--set', 'dropout=0.3')
+    assert result.exit_code == 2
+    assert "no 'dropout' to set; there are encoder, steps" in ' '.join(result.stderr.split())
+    assert not out.exists()
+
+
 def test_several_weights_are_compared_in_one_run(relations, data, weights, calibrated_weights):
     chosen = ['--weights', weights, '--weights', calibrated_weights, '--baselines', 'none']
     result = relations('retrieve', data, *chosen, '--json', '-')

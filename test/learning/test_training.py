@@ -23,6 +23,7 @@ from spatial_relations_ros.learning.trainer import _optimizer, train_encoder
 from spatial_relations_ros.learning.training_config import (
     LOSSES,
     TrainingConfig,
+    parse_settings,
     training_config,
 )
 from spatial_relations_ros.learning.training_set import TrainingSet
@@ -222,11 +223,40 @@ def test_an_unknown_configuration_names_the_known_ones():
 
 
 @pytest.mark.parametrize(
-    'change', [{'loss': 'best'}, {'precision': 'int8'}, {'partial_share': 1.5}, {'steps': 0}]
+    'change',
+    [
+        {'loss': 'best'},
+        {'precision': 'int8'},
+        {'partial_share': 1.5},
+        {'steps': 0},
+        {'headings': 0},
+        {'learning_rate': math.nan},
+        {'graded_weight': -0.1},
+    ],
 )
 def test_unusable_settings_are_refused(change):
     with pytest.raises(ConfigError, match=next(iter(change))):
         TrainingConfig(**change)
+
+
+def test_settings_are_read_as_what_they_are():
+    parsed = parse_settings(['steps=50', 'learning_rate=1e-3', 'swap_channels=false'])
+    assert parsed == {'steps': 50, 'learning_rate': 1e-3, 'swap_channels': False}
+
+
+@pytest.mark.parametrize(
+    ('setting', 'message'),
+    [
+        ('steps', 'expected NAME=VALUE'),
+        ('stepz=3', "no 'stepz' to set"),
+        ('steps=3.5', 'expected a whole number'),
+        ('learning_rate=fast', 'expected a number'),
+        ('swap_channels=1', 'expected true or false'),
+    ],
+)
+def test_settings_that_cannot_be_read_are_refused(setting, message):
+    with pytest.raises(ConfigError, match=message):
+        parse_settings([setting])
 
 
 def test_training_needs_a_device_that_is_there(training_set):
