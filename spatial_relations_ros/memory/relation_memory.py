@@ -247,7 +247,7 @@ class RelationMemory:
 
     def _embed_anew(self, relation_ids: Sequence[int], model_hash: str, embed: Embed) -> None:
         """Embeds relations with another model and keeps that."""
-        scenes = self._readable(relation_ids)
+        scenes = self._readable(relation_ids, model_hash)
         if not scenes:
             return
         embeddings = embed(tuple(scenes.values()))  # takes long: nobody may have to wait for it
@@ -261,12 +261,17 @@ class RelationMemory:
                 'UPDATE relations SET model_hash = ?, embedding = ? WHERE relation_id = ?', rows
             )
 
-    def _readable(self, relation_ids: Sequence[int]) -> dict[int, Scene]:
-        """The scenes by id, of relations that are still there; leaves damaged ones out."""
+    def _readable(self, relation_ids: Sequence[int], model_hash: str) -> dict[int, Scene]:
+        """The scenes by id, of relations that are still there and of another model.
+
+        Leaves damaged ones out.
+        """
         scenes: dict[int, Scene] = {}
         damaged: dict[int, MemoryFileError] = {}
         with self._lock, explained(self.path), snapshot(self._connection):
             for relation_id in relation_ids:
+                if self._is_of(relation_id, model_hash):
+                    continue  # another search was faster
                 try:
                     scene = read_scene(self._connection, relation_id)
                 except MemoryFileError as error:
@@ -278,6 +283,13 @@ class RelationMemory:
         for damage in damaged.values():
             self._warn(f'{damage}. It is not among the nearest until then')
         return scenes
+
+    def _is_of(self, relation_id: int, model_hash: str) -> bool:
+        row = self._connection.execute(
+            'SELECT 1 FROM relations WHERE relation_id = ? AND model_hash = ?',
+            (relation_id, model_hash),
+        ).fetchone()
+        return row is not None
 
     def _id_of(self, name: str) -> int | None:
         if not is_storable_text(name):

@@ -20,7 +20,8 @@ from spatial_relations_msgs.srv import (
 )
 
 from spatial_relations_ros.core import InvalidSceneError, Scene
-from spatial_relations_ros.memory import Neighbour, default_memory_path
+from spatial_relations_ros.learning import RelationMetric
+from spatial_relations_ros.memory import default_memory_path
 from spatial_relations_ros.nodes.memory_host import MemoryHost
 from spatial_relations_ros.nodes.model_host import MODEL_PARAMETERS, ModelHost
 from spatial_relations_ros.nodes.scene_client import SCENE_PARAMETERS, SceneClient
@@ -28,7 +29,6 @@ from spatial_relations_ros.ros.conversions import scene_to_msg
 from spatial_relations_ros.ros.parameters import ParameterSpec
 from spatial_relations_ros.ros.relations_node import RelationsNode
 from spatial_relations_ros.ros.running import run_node
-from spatial_relations_ros.ros.waiting import SHUTTING_DOWN, BusyError
 
 METRIC_PARAMETERS = (
     *MODEL_PARAMETERS,
@@ -83,7 +83,7 @@ class MetricNode(RelationsNode):
         self._host.worker.close()
 
     def destroy_node(self) -> None:
-        """Closes the memory, after the job that writes into it."""
+        """Closes the memory, after what writes into it."""
         self._host.worker.join()
         self._relations.forget()
         super().destroy_node()
@@ -123,22 +123,21 @@ class MetricNode(RelationsNode):
     def _nearest(self, request: Nearest.Request, response: Nearest.Response) -> None:
         scene = self._scenes.given_or_seen(request.scene, request.object_ids, what='scene').scene
 
-        def job() -> Sequence[Neighbour]:
+        def job() -> tuple[RelationMetric, NDArray[np.float32]]:
             metric = self._host.metric()
-            embedding = metric.embed_scenes([scene])[0]
+            return metric, metric.embed_scenes([scene])[0]
 
-            def embed_anew(scenes: Sequence[Scene]) -> NDArray[np.float32]:
-                # All that other weights embedded may take minutes; what is done then is kept.
-                if self._host.worker.is_closing:
-                    raise BusyError(SHUTTING_DOWN)
-                return metric.embed_scenes(scenes)
+        metric, embedding = self._host.worker.run(job)
 
-            with self._relations.memory() as memory:
-                return memory.nearest(
-                    embedding, int(request.k) or 1, metric.model_hash, embed=embed_anew
-                )
+        def embed_anew(scenes: Sequence[Scene]) -> NDArray[np.float32]:
+            # All that other weights embedded may take minutes: a job for each batch, so that
+            # others have their turn and the node can end; what is done then is kept.
+            return self._host.worker.run(lambda: metric.embed_scenes(scenes), goes_on=True)
 
-        neighbours = self._host.worker.run(job)
+        with self._relations.memory() as memory:
+            neighbours = memory.nearest(
+                embedding, int(request.k) or 1, metric.model_hash, embed=embed_anew
+            )
         response.names = [neighbour.name for neighbour in neighbours]
         response.distances = [float(neighbour.distance) for neighbour in neighbours]
         response.success = bool(neighbours)

@@ -92,8 +92,13 @@ class Worker:
         """Jobs that wait or run."""
         return self._num_pending
 
-    def submit(self, job: Callable[[], Result]) -> JobFuture[Result]:
+    def submit(self, job: Callable[[], Result], *, goes_on: bool = False) -> JobFuture[Result]:
         """Queues a job.
+
+        Args:
+            job: to run.
+            goes_on: whether it belongs to something that has begun, and is not refused however
+                many wait.
 
         Raises:
             BusyError: when too many wait already, or the worker is closing.
@@ -101,7 +106,7 @@ class Worker:
         with self._lock:
             if self.is_closing:
                 raise BusyError(SHUTTING_DOWN)
-            if self._num_pending >= self._max_pending:
+            if self._num_pending >= self._max_pending and not goes_on:
                 raise BusyError(f'{self._num_pending} requests wait already; try again later')
             self._num_pending += 1
             future = self._pool.submit(job)
@@ -112,7 +117,7 @@ class Worker:
         with self._lock:
             self._num_pending -= 1
 
-    def run(self, job: Callable[[], Result]) -> Result:
+    def run(self, job: Callable[[], Result], *, goes_on: bool = False) -> Result:
         """Runs a job on the worker's thread and waits for its result.
 
         Raises:
@@ -120,7 +125,7 @@ class Worker:
                 otherwise what the job raises.
         """
         try:
-            return self.submit(job).result()
+            return self.submit(job, goes_on=goes_on).result()
         except CancelledError:
             raise BusyError(SHUTTING_DOWN) from None
 

@@ -91,6 +91,20 @@ def test_searches_with_either_model_meanwhile_leave_none_out(memory, elsewhere):
     assert names(found) == [f'{idx:03d}' for idx in range(NUM_RELATIONS)]
 
 
+def test_what_another_search_embedded_is_not_embedded_again(memory, elsewhere):
+    batches = []
+
+    def embed_after_another(scenes):
+        if not batches:
+            elsewhere(memory.nearest, np.zeros(4), 1, 'new', embed=embed)
+        batches.append(len(scenes))
+        return embed(scenes)
+
+    found = memory.nearest(np.zeros(4), 100, 'new', embed=embed_after_another)
+    assert names(found) == [f'{idx:03d}' for idx in range(NUM_RELATIONS)]
+    assert batches == [EMBED_BATCH]
+
+
 def test_all_forgotten_meanwhile_is_nothing_to_embed(memory, elsewhere):
     def embed_and_forget(scenes):
         if len(scenes) == EMBED_BATCH:

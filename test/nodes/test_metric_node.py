@@ -17,7 +17,7 @@ from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.task import Future
-from spatial_relations_msgs.srv import ListRelations, Nearest
+from spatial_relations_msgs.srv import Embed, ListRelations, Nearest
 from std_srvs.srv import Trigger
 
 from spatial_relations_ros.core import MemoryFileError, Pose, Scene, SceneObject
@@ -47,12 +47,15 @@ class HeldMetric:
     model_hash = 'new'
 
     def __init__(self) -> None:
-        self.batches: list[int] = []
+        self.calls: list[int] = []
         self.is_embedding, self.may_go_on = threading.Event(), threading.Event()
 
+    def novelty(self, embedding: NDArray[np.float32]) -> float:
+        return float(embedding[0])
+
     def embed_scenes(self, scenes: Sequence[Scene]) -> NDArray[np.float32]:
+        self.calls.append(len(scenes))
         if len(scenes) > 1:
-            self.batches.append(len(scenes))
             self.is_embedding.set()
             assert self.may_go_on.wait(LIMIT_SEC)
         return np.stack([np.full(4, scene.base.points[0, 0]) for scene in scenes])
@@ -129,6 +132,17 @@ def test_relations_are_listed_while_new_weights_embed_them(rig: Rig) -> None:
     assert list(wait_for(nearest, LIMIT_SEC).names) == [f'{idx:03d}' for idx in range(70)]
 
 
+def test_other_requests_have_their_turn_between_batches(rig: Rig) -> None:
+    nearest = rig.send_nearest()
+    assert rig.metric.is_embedding.wait(LIMIT_SEC)
+    embedded = rig.send(Embed, 'embed', scene=[scene_to_msg(make_scene(0))])
+    assert wait_until(lambda: rig.host.worker.num_pending == 2, LIMIT_SEC)
+    rig.metric.may_go_on.set()
+    assert len(wait_for(nearest, LIMIT_SEC).names) == NUM_RELATIONS
+    assert wait_for(embedded, LIMIT_SEC).model_hash == 'new'
+    assert rig.metric.calls == [1, BATCH, 1, NUM_RELATIONS - BATCH]
+
+
 def test_a_damaged_relation_is_in_the_log(rig: Rig, capfd: pytest.CaptureFixture[str]) -> None:
     with sqlite3.connect(rig.memory_path) as raw:
         raw.execute('UPDATE objects SET source = 9 WHERE relation_id = 2')
@@ -153,7 +167,7 @@ def test_it_ends_after_a_batch_and_goes_on_there(rig: Rig) -> None:
     assert not ending.is_alive()
     assert not response.success
     assert 'shutting down' in response.message
-    assert rig.metric.batches == [BATCH]
+    assert rig.metric.calls == [1, BATCH]
     assert rig.models() == ['new'] * BATCH + ['old'] * 6
 
 
