@@ -64,7 +64,7 @@ docs: $(PACKAGE)  ## Builds the documentation into out/docs; warnings are errors
 	@sphinx-build --fail-on-warning --keep-going --quiet --doctree-dir out/doctrees docs out/docs
 	@echo 'out/docs/index.html'
 
-weights: $(WEIGHTS)/train/ground_truth.jsonl $(WEIGHTS)/calibration/ground_truth.jsonl  ## Trains the shipped weights from nothing (over an hour) into out/weights
+weights: $(WEIGHTS)/train/scenes.txt $(WEIGHTS)/calibration/scenes.txt  ## Trains the shipped weights from nothing (over an hour) into out/weights
 	@OMP_NUM_THREADS=1 relations train $(WEIGHTS)/train --held-out $(WEIGHTS)/calibration \
 	  --run-dir $(WEIGHTS)/run --out $(WEIGHTS)/default.safetensors $(ARGS)
 
@@ -76,10 +76,10 @@ clean:  ## Removes everything that was made here, .venv too
 	find . -name __pycache__ -type d -prune -exec rm -rf {} +
 
 # A dataset's last file; what was begun and not finished is drawn anew.
-$(WEIGHTS)/train/ground_truth.jsonl: | $(PACKAGE)
+$(WEIGHTS)/train/scenes.txt: | $(PACKAGE)
 	@relations generate $(@D) --scenes 16000 --objects 776 --seed 1 --jobs $(shell nproc)
 
-$(WEIGHTS)/calibration/ground_truth.jsonl: | $(PACKAGE)
+$(WEIGHTS)/calibration/scenes.txt: | $(PACKAGE)
 	@relations generate $(@D) --scenes 1050 --objects 194 --seed 101 --jobs $(shell nproc)
 
 $(MADE):

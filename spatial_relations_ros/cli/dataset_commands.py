@@ -10,7 +10,7 @@ import typer
 from rich.markup import escape
 
 from spatial_relations_ros.cli.options import SeedOption
-from spatial_relations_ros.cli.output import JsonOption, Output, progress_bar
+from spatial_relations_ros.cli.output import JsonOption, Output, check_folder, progress_bar
 
 
 def generate(
@@ -29,6 +29,7 @@ def generate(
 
     The same numbers and seed give the same bytes, with any number of processes.
     """
+    check_folder(folder, 'DIR')
     from spatial_relations_ros.core import Relation
     from spatial_relations_ros.datasets.freiburg import load_dataset
     from spatial_relations_ros.datasets.generator import generate_dataset

@@ -20,6 +20,7 @@ from spatial_relations_ros.cli.output import (
 )
 
 if TYPE_CHECKING:
+    from spatial_relations_ros.learning import ModelCard
     from spatial_relations_ros.learning.trainer import TrainingProgress
 
 
@@ -94,8 +95,12 @@ def train(
     from spatial_relations_ros.learning.training_config import parse_settings
 
     changes = parse_settings(settings or [])
-    if precision is not None:
-        changes['precision'] = precision.value
+    options = {'steps': steps, 'precision': None if precision is None else precision.value}
+    for name, value in options.items():
+        if value is not None and name in changes:
+            raise typer.BadParameter(f'--{name} and --set {name}= say the same; give one')
+        if value is not None:
+            changes[name] = value
     output = Output(json_path)
     with progress_bar('steps') as advance:
 
@@ -107,7 +112,6 @@ def train(
             out,
             config_name=config,
             seed=seed,
-            steps=steps,
             changes=changes,
             held_out_dir=held_out,
             run_dir=run_dir,
@@ -120,11 +124,24 @@ def train(
         f'weights in [bold]{escape(str(out))}[/], {card.steps} steps, sha256 {card.sha256[:12]}'
     )
     output.table(
-        ('retrieval on held-out objects', ''),
+        (f'retrieval on {_measured_on(card)}', ''),
         [
             (name, value)
             for name, value in card.retrieval.items()
             if isinstance(value, int | float)
         ],
     )
+    output.say(
+        'Confidence in answers of an imitation is not calibrated for these weights: '
+        'docs/results.md#confidence-of-answers.'
+    )
     output.write_json({'weights': str(out), 'card': dataclasses.asdict(card)})
+
+
+def _measured_on(card: ModelCard) -> str:
+    """What the retrieval of a card was measured on."""
+    split = card.retrieval.get('split')
+    if split is None:
+        return 'the other dataset'
+    kind = 'objects' if split.startswith('object') else 'scenes of the same objects'
+    return f'held-out {kind} ({split})'

@@ -35,7 +35,9 @@ ObjectsOption = Annotated[
         help='Folder of your own objects; below XDG_DATA_HOME by default.',
     ),
 ]  # fmt: skip
-SeedOption = Annotated[int, typer.Option('--seed', min=0, help='Of everything random.')]
+SeedOption = Annotated[
+    int, typer.Option('--seed', min=0, max=2**32 - 1, help='Of everything random.')
+]
 
 
 def name_option(*names: str, role: str) -> object:

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
+from rich.markup import escape
 
 from spatial_relations_ros.cli.options import SeedOption
 from spatial_relations_ros.cli.output import (
@@ -121,6 +122,7 @@ def retrieve(
         seed=seed,
     )
     groups = seed_groups(compared)
+    is_trained_on = _trained_on(output, compared, data['scenes_sha256'])
     output.table(*table_rows(compared, groups))
     _say_calibrations(output, calibrations)
     if markdown is not None:
@@ -134,7 +136,12 @@ def retrieve(
             'protocols': compared[0].protocols(),
             'model_hash': compared[0].about['model_hash'],
             'metrics': [
-                {**item.entry(), 'calibration': calibrations.get(item.name)} for item in compared
+                {
+                    **item.entry(),
+                    'trained_on_this_data': item.name in is_trained_on,
+                    'calibration': calibrations.get(item.name),
+                }
+                for item in compared
             ],
             'seeds': groups,
             'pictures': [str(path) for path in paths],
@@ -172,6 +179,25 @@ def _compare(
     with progress_bar('baselines') as advance:
         compared += compare_baselines(names[baselines], scenes, protocols, on_progress=advance)
     return compared
+
+
+def _trained_on(
+    output: Output, compared: Sequence[ComparedMetric], scenes_sha256: str
+) -> set[str]:
+    """Names of the metrics that were trained with scenes of this data, which is said."""
+    from spatial_relations_ros.evaluation.comparison import trained_on
+
+    names = set()
+    for item in compared:
+        if item.metric is not None and trained_on(item.metric, scenes_sha256):
+            names.add(item.name)
+            split = item.metric.card.retrieval.get('split')
+            but = f', but for those of {split}' if split else ''
+            output.say(
+                f'[bold]{escape(item.name)} was trained with scenes of this data[/]: '
+                f'its numbers flatter it{but}'
+            )
+    return names
 
 
 def _named(weights: Sequence[Path]) -> list[tuple[str, Path | None]]:

@@ -32,6 +32,10 @@ class ConfigError(SpatialRelationsError):
     """A parameter or configuration value that cannot be used."""
 
 
+class TrainingError(SpatialRelationsError):
+    """A training that has come to numbers that are not finite."""
+
+
 class UnknownObjectError(SpatialRelationsError):
     """An object id that nobody has seen."""
 

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from spatial_relations_ros.evaluation.labelled_scenes import LabelledScenes
+from spatial_relations_ros.evaluation.labelled_scenes import LabelledScenes, thin_rows
 from spatial_relations_ros.learning import Calibration, RelationMetric
 from spatial_relations_ros.learning.calibration import PRIOR
 
@@ -173,7 +173,7 @@ def measure_reliability(
     15 equal bins of the predicted probability, weighted by how many pairs fall in (Guo et al.,
     ICML 2017), where same and different pairs weigh one half each.
     """
-    rows = np.linspace(0, len(labels) - 1, min(len(labels), _MAX_HELD_OUT)).round().astype(int)
+    rows = thin_rows(labels, _MAX_HELD_OUT)
     pairs = Pairs.of(embeddings[rows], labels[rows])
     if pairs is None:
         return None

@@ -105,6 +105,11 @@ def compare_metric(
     return ComparedMetric(name, about, reports, embeddings, metric)
 
 
+def trained_on(metric: RelationMetric, scenes_sha256: str) -> bool:
+    """Whether a metric was trained with scenes of this dataset."""
+    return bool(metric.card.data.get('scenes_sha256') == scenes_sha256)
+
+
 def reports_of(
     space: Space, scenes: LabelledScenes, protocols: Sequence[str]
 ) -> dict[str, SplitsReport]:
@@ -119,14 +124,15 @@ def reports_of(
 
 def seed_groups(compared: Sequence[ComparedMetric]) -> list[dict[str, Any]]:
     """Mean and spread over weights that differ in nothing but the seed of their training."""
-    groups: dict[str, list[ComparedMetric]] = {}
+    groups: dict[str, dict[Any, ComparedMetric]] = {}
     for item in compared:
         if item.metric is not None and item.metric.card.config:
             card = item.metric.card
             settings = {key: value for key, value in card.config.items() if key != 'seed'}
             key = json.dumps([card.encoder, settings, card.data], sort_keys=True)
-            groups.setdefault(key, []).append(item)
-    return [_seed_group(members) for members in groups.values() if len(members) > 1]
+            # One of each seed: a copy of the same weights shows no spread.
+            groups.setdefault(key, {}).setdefault(card.config.get('seed'), item)
+    return [_seed_group(list(seeds.values())) for seeds in groups.values() if len(seeds) > 1]
 
 
 def _seed_group(members: Sequence[ComparedMetric]) -> dict[str, Any]:

@@ -39,7 +39,7 @@ def table_rows(
 
 def _numbers(summary: Mapping[str, Any], spread: Sequence[str]) -> Row:
     return tuple(
-        round(100.0 * summary[name], 2)
+        '' if summary[name] is None else round(100.0 * summary[name], 2)
         for pair in zip(MEASURES, spread, strict=True)
         for name in pair
     )
@@ -54,7 +54,7 @@ def markdown_table(compared: Sequence[ComparedMetric], groups: Sequence[Mapping[
     ]
     for title, splits, *numbers in rows:
         cells = [
-            f'{value:.1f} % ± {spread:.1f}'
+            f'{value:.1f} %' + ('' if spread == '' else f' ± {spread:.1f}')
             for value, spread in zip(numbers[::2], numbers[1::2], strict=True)
         ]
         lines.append(f'| {title} | {splits} | {" | ".join(cells)} |')

@@ -45,16 +45,16 @@ class SplitsReport:
         return np.asarray(sum(result.confusion for result in self.results))
 
     def summary(self) -> dict[str, Any]:
-        """Means and standard deviations over splits, ready for JSON."""
+        """Means and standard deviations over splits (None of a single one), ready for JSON."""
         summary: dict[str, Any] = {
-            'protocol': f'{len(self.results)} {self.protocol} splits',
+            'protocol': _counted(len(self.results), f'{self.protocol} split'),
             'num_queries': int(sum(result.num_queries for result in self.results)),
         }
         for name in ('three_of_five', 'five_of_five', 'mean_average_precision'):
             values = np.array([getattr(result, name) for result in self.results])
             summary[name] = round(float(values.mean()), 4)
             summary[f'{name}_std'] = (
-                round(float(values.std(ddof=1)), 4) if len(values) > 1 else 0.0
+                round(float(values.std(ddof=1)), 4) if len(values) > 1 else None
             )
         return summary
 
@@ -132,6 +132,10 @@ def evaluate_splits(
             )
         )
     return SplitsReport(protocol, tuple(results))
+
+
+def _counted(number: int, what: str) -> str:
+    return f'{number} {what}' if number == 1 else f'{number} {what}s'
 
 
 def confusion_by_name(confusion: NDArray[np.int64]) -> dict[str, dict[str, int]]:

@@ -65,15 +65,16 @@ def train_metric(
         DatasetFormatError: for unusable data.
         ConfigError: for an unknown configuration or unusable changes, or a device that is not
             there.
-        WeightsError: when the checkpoint belongs to another run.
+        WeightsError: when the checkpoint belongs to another run, or the weights give no numbers.
+        TrainingError: when the loss is no longer finite.
     """
     config = dataclasses.replace(training_config(config_name), **(changes or {}))
     if steps is not None:
         config = dataclasses.replace(config, steps=steps)
     dataset = load_dataset(data_dir)
-    held_out = HeldOut.of(dataset, held_out_dir)
+    held_out = HeldOut.of(dataset, data_dir, held_out_dir)
     training_set = make_training_set(dataset, held_out.trained, data_dir)
-    data = describe_data(data_dir, dataset, num_scenes=len(training_set.labels))
+    data = describe_data(data_dir, dataset, names=held_out.trained)
     encoder = train_encoder(
         training_set, config, seed=seed, run_dir=run_dir, device=device, on_progress=on_progress
     )

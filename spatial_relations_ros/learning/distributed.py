@@ -41,7 +41,7 @@ class Place:
 
 def is_main_process() -> bool:
     """Whether this process is alone or the first of those that ``torchrun`` started."""
-    return int(os.environ.get('RANK', '0')) == 0
+    return _num_processes() == 1 or int(os.environ.get('RANK', '0')) == 0
 
 
 def mean_over_processes(value: Tensor) -> Tensor:
@@ -63,7 +63,7 @@ def training_place(device: str = 'auto') -> Iterator[Place]:
     Raises:
         ConfigError: for a device that is not there.
     """
-    num_processes = int(os.environ.get('WORLD_SIZE', '1'))
+    num_processes = _num_processes()
     rank = int(os.environ.get('RANK', '0'))
     chosen = _device(device, int(os.environ.get('LOCAL_RANK', '0')))
     if num_processes == 1:
@@ -74,6 +74,10 @@ def training_place(device: str = 'auto') -> Iterator[Place]:
         yield Place(rank, num_processes, chosen)
     finally:
         torch.distributed.destroy_process_group()
+
+
+def _num_processes() -> int:
+    return int(os.environ.get('WORLD_SIZE', '1'))
 
 
 def _device(name: str, local_rank: int) -> torch.device:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -16,6 +17,7 @@ from torch import Tensor, nn
 from spatial_relations_ros.core import (
     ConfigError,
     DatasetFormatError,
+    TrainingError,
     WeightsError,
     atomic_write,
 )
@@ -72,6 +74,8 @@ def train_encoder(
             damaged.
         DatasetFormatError: when all scenes show the same relation.
         ConfigError: for a device that is not there.
+        TrainingError: when the loss or its gradient is no longer finite; the last checkpoint is
+            from before.
     """
     if len(torch.unique(training_set.labels)) < 2:
         raise DatasetFormatError('all scenes show the same relation; two relations are needed')
@@ -126,12 +130,18 @@ class _Run:
         loss = self.batch_loss(self.training_set, self._embed, self._generator())
         self.optimizer.zero_grad(set_to_none=True)
         torch.autograd.backward(loss)
-        nn.utils.clip_grad_norm_(self.encoder.parameters(), _MAX_GRADIENT_NORM)
+        norm = nn.utils.clip_grad_norm_(self.encoder.parameters(), _MAX_GRADIENT_NORM)
+        value = float(loss.detach())
+        if not (math.isfinite(value) and math.isfinite(norm)):
+            raise TrainingError(
+                f'step {self.step + 1}: the loss is {value}, its gradient {float(norm)}; a '
+                f'smaller learning_rate than {self.config.learning_rate} may help'
+            )
         self.optimizer.step()
         self.schedule.step()
         self.step += 1
-        self.losses.append(float(loss.detach()))
-        return self.losses[-1]
+        self.losses.append(value)
+        return value
 
     def _embed(self, images: Tensor) -> Tensor:
         low = self.config.precision == 'bfloat16'

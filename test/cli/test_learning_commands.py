@@ -58,6 +58,27 @@ def test_a_setting_that_training_does_not_have_is_refused(relations, data, tmp_p
     assert not out.exists()
 
 
+def test_an_option_and_the_same_setting_are_not_weighed_against_each_other(
+    relations, data, tmp_path
+):
+    result = relations(
+        'train', data, '--out', tmp_path / 'w.safetensors', '--steps', 3, '--set', 'steps=2'
+    )
+    assert result.exit_code == 2
+    assert '--steps and --set steps= say the same' in ' '.join(result.stderr.split())
+
+
+def test_retrieval_says_where_weights_were_trained_with_the_scenes(relations, data, tmp_path):
+    out = tmp_path / 'w.safetensors'
+    trained = relations('train', data, '--out', out, '--steps', 1)
+    assert 'held-out scenes of the same objects (scene split1)' in ' '.join(trained.stdout.split())
+    chosen = ['--weights', out, '--baselines', 'features', '--json', '-']
+    result = relations('retrieve', data, *chosen)
+    flags = [item['trained_on_this_data'] for item in json.loads(result.stdout)['metrics']]
+    assert flags == [True, False]
+    assert 'was trained with scenes of this data' in ' '.join(result.stderr.split())
+
+
 def test_several_weights_are_compared_in_one_run(relations, data, weights, calibrated_weights):
     chosen = ['--weights', weights, '--weights', calibrated_weights, '--baselines', 'none']
     result = relations('retrieve', data, *chosen, '--json', '-')

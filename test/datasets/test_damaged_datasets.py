@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import shutil
 import warnings
 from pathlib import Path
@@ -212,3 +213,22 @@ def test_an_empty_split_is_an_error(whole, tmp_path):
     (folder / 'cross_validation_splits' / 'split1_test.txt').write_text('\n\n')
     with pytest.raises(DatasetFormatError, match=r'split1_test\.txt: the split is empty'):
         load_dataset(folder)
+
+
+def test_object_splits_that_share_an_object_are_refused(whole, tmp_path):
+    folder = tmp_path / 'data'
+    shutil.copytree(whole, folder)
+    shutil.copytree(folder / 'cross_validation_splits', folder / 'object_splits')
+    with pytest.raises(DatasetFormatError, match=r'split1 tests cup \(scene cup_box_3\) and also'):
+        load_dataset(folder)
+
+
+def test_what_is_written_over_another_dataset_keeps_nothing_of_it(whole, tmp_path):
+    folder = tmp_path / 'data'
+    shutil.copytree(whole, folder)
+    dataset = load_dataset(folder)
+    bare = tuple(dataclasses.replace(scene, label=None) for scene in dataset.scenes)
+    write_dataset(folder, RelationDataset(dataset.clouds, bare))
+    again = load_dataset(folder)
+    assert again.splits == ()
+    assert set(again.labels) == {-1}

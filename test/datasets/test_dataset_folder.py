@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from pathlib import Path
 
 import numpy as np
@@ -23,6 +24,7 @@ from spatial_relations_ros.datasets.objects import sample_object
 def make_dataset() -> RelationDataset:
     rng = np.random.default_rng(0)
     models = [sample_object(f, rng, name=f'{f}0') for f in ('box', 'cup')]
+    models += [sample_object(f, rng, name=f'{f}1') for f in ('box', 'cup')]
     scenes = []
     for number in range(4):
         quats = rng.normal(size=(2, 4))
@@ -32,11 +34,12 @@ def make_dataset() -> RelationDataset:
         label = Relation(number) if number < 3 else None
         scenes.append(RelationScene(f'box0_cup0_{number}', 'box0', 'cup0', base, relative, label))
     names = tuple(scene.name for scene in scenes)
+    apart = dataclasses.replace(scenes[0], name='box1_cup1_0', base_id='box1', relative_id='cup1')
     return RelationDataset(
         {model.name: model.points(200, rng) for model in models},
-        tuple(scenes),
+        (*scenes, apart),
         (Split('split1', names[:3], names[3:]), Split('split2', names[1:], names[:1])),
-        (Split('split1', names[:2], names[2:]),),
+        (Split('split1', names[:2], (apart.name,)),),
         {model.name: model.mesh for model in models},
     )
 
@@ -62,7 +65,7 @@ def test_round_trip(folder):
         assert mine.world_from_relative.is_close(theirs.world_from_relative)
     assert read.splits == written.splits
     assert read.object_splits == written.object_splits
-    assert read.labels.tolist() == [0, 1, 2, -1]
+    assert read.labels.tolist() == [0, 1, 2, -1, 0]
 
 
 def test_every_line_has_the_four_fields_of_the_authors_reader(folder):
@@ -83,7 +86,7 @@ def test_scene_of_a_name_has_clouds_and_meshes(folder):
 
 def test_clouds_may_lie_anywhere_as_ascii_or_mesh(folder):
     dataset = make_dataset()
-    for path in sorted(folder.rglob('*.p[cl][dy]')):
+    for path in sorted(folder.rglob('*0*.p[cl][dy]')):
         path.unlink()
     deep = folder / 'objects' / 'box' / 'clouds'
     deep.mkdir(parents=True)
@@ -95,7 +98,7 @@ def test_clouds_may_lie_anywhere_as_ascii_or_mesh(folder):
     read = load_dataset(folder)
     np.testing.assert_allclose(read.clouds['box0'], dataset.clouds['box0'], atol=1e-6)
     assert len(read.clouds['cup0']) > 1000
-    assert set(read.meshes) == {'cup0'}
+    assert set(read.meshes) == {'cup0', 'box1', 'cup1'}
 
 
 def test_object_names_may_hold_underscores(folder):
@@ -145,7 +148,7 @@ def break_scenes_missing(folder: Path) -> str:
 def break_label(folder: Path) -> str:
     with open(folder / 'labels.tsv', 'a') as file:
         file.write('box0_cup0_3\t9\n')
-    return r"labels\.tsv:5: label '9' is unknown"
+    return r"labels\.tsv:6: label '9' is unknown"
 
 
 def break_split_empty(folder: Path) -> str:
@@ -178,13 +181,13 @@ def break_first_label(folder: Path) -> str:
 def break_far_away(folder: Path) -> str:
     with open(folder / 'scenes.txt', 'a') as file:
         file.write('box0_cup0_9;0,1e300,0.1;1,0,0,0;\n')
-    return r"scenes\.txt:6: translation '0,1e300,0.1' is farther than 10000"
+    return r"scenes\.txt:7: translation '0,1e300,0.1' is farther than 10000"
 
 
 def break_same_object(folder: Path) -> str:
     with open(folder / 'scenes.txt', 'a') as file:
         file.write('cup0_cup0_9;0,0,0.1;1,0,0,0;\n')
-    return r'scenes\.txt:6: cup0_cup0_9 names the same object twice'
+    return r'scenes\.txt:7: cup0_cup0_9 names the same object twice'
 
 
 @pytest.mark.parametrize(

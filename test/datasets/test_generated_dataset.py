@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import hashlib
 import json
 from collections import Counter
@@ -12,6 +13,7 @@ import pytest
 
 from spatial_relations_ros.core import ConfigError, DatasetFormatError, Relation
 from spatial_relations_ros.datasets.freiburg import RelationDataset, load_dataset
+from spatial_relations_ros.datasets.freiburg.writing import write_lines
 from spatial_relations_ros.datasets.generator import generate_dataset, generate_objects
 from spatial_relations_ros.datasets.objects import CONTAINER_FAMILIES, OBJECT_FAMILIES
 
@@ -186,17 +188,26 @@ def test_one_that_was_not_written_to_the_end_is_replaced(tmp_path):
         assert digest(tmp_path / 'half') == digest(tmp_path / 'whole')
 
 
-def test_one_that_is_half_replaced_is_no_dataset(tmp_path, monkeypatch):
-    """Rather than the scenes of one with the clouds of another, or its old ground truth."""
+@pytest.mark.parametrize(
+    'last', ['ground_truth.jsonl', 'labels.tsv', 'split5_train.txt', 'scenes.txt']
+)
+def test_one_that_is_half_replaced_is_no_dataset(tmp_path, monkeypatch, last):
+    """Rather than the scenes of one with clouds, labels or ground truth of another."""
     arguments = {'num_scenes': 28, 'num_objects': 12, 'num_points': 100}
-    generate_dataset(tmp_path, **arguments, seed=5)
+    generate_dataset(tmp_path / 'new', **arguments, seed=6)
+    generate_dataset(tmp_path / 'old', **arguments, seed=5)
 
-    def killed(folder, dataset):
-        raise KeyboardInterrupt
+    def full(path, lines):
+        if path.name == last:
+            raise OSError(errno.ENOSPC, 'no space left')
+        write_lines(path, lines)
 
-    monkeypatch.setattr('spatial_relations_ros.datasets.generator.writing.write_dataset', killed)
-    with pytest.raises(KeyboardInterrupt):
-        generate_dataset(tmp_path, **arguments, seed=6)
-    assert not (tmp_path / 'ground_truth.jsonl').exists()
+    with monkeypatch.context() as patch:
+        for module in ('datasets.freiburg.writing', 'datasets.generator.writing'):
+            patch.setattr(f'spatial_relations_ros.{module}.write_lines', full)
+        with pytest.raises(OSError, match='no space left'):
+            generate_dataset(tmp_path / 'old', **arguments, seed=6)
     with pytest.raises(DatasetFormatError, match=r'holds no scenes\.txt'):
-        load_dataset(tmp_path)
+        load_dataset(tmp_path / 'old')
+    generate_dataset(tmp_path / 'old', **arguments, seed=6)
+    assert digest(tmp_path / 'old') == digest(tmp_path / 'new')

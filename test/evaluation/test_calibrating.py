@@ -11,9 +11,19 @@ from spatial_relations_ros.evaluation.calibrating import (
     measure_calibration,
     measure_reliability,
 )
+from spatial_relations_ros.evaluation.labelled_scenes import thin_rows
 from spatial_relations_ros.evaluation.nonsense import KINDS, MIN_OVERLAP, nonsense_scenes
 from spatial_relations_ros.imitation.contact import Body, overlap, reach_through
 from spatial_relations_ros.imitation.shape import shape_of
+
+
+@pytest.mark.parametrize('num', [10_490, 10_494, 9_000])
+def test_thinned_rows_have_all_labels_also_where_these_repeat_in_step(num):
+    labels = np.arange(num) % len(Relation)
+    rows = thin_rows(labels, 1500)
+    assert len(np.unique(rows)) == len(rows) == 1500
+    assert np.all(np.abs(np.bincount(labels[rows]) - 1500 / len(Relation)) < 22)
+    assert np.ptp(np.diff(np.concatenate([[0], rows, [num - 1]]))) < 25
 
 
 def clouds_of_points(seed, *, num=300, spread=0.35):

@@ -52,6 +52,13 @@ def test_a_comparison_has_the_numbers_that_retrieve_has(compared, relation_scene
     assert entry['protocols']['scene']['num_queries'] == 8
 
 
+def test_copies_of_the_same_weights_are_no_two_seeds(compared):
+    copy = dataclasses.replace(compared[0], name='copy')
+    assert seed_groups([compared[0], copy]) == []
+    (group,) = seed_groups([copy, *compared])
+    assert group['seeds'] == [0, 1]
+
+
 def test_spread_over_seeds_is_that_of_the_members(compared):
     (group,) = seed_groups(compared)
     assert group['names'] == ['seed 0', 'seed 1']

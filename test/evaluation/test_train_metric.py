@@ -4,7 +4,7 @@ import shutil
 
 import pytest
 
-from spatial_relations_ros.core import ConfigError, DatasetFormatError
+from spatial_relations_ros.core import ConfigError, DatasetFormatError, WeightsError
 from spatial_relations_ros.datasets.freiburg import load_dataset
 from spatial_relations_ros.datasets.generator import generate_dataset
 from spatial_relations_ros.evaluation.gradients import VARIANTS, compare_gradients
@@ -21,9 +21,16 @@ def data(tmp_path_factory):
     return folder
 
 
-def test_training_writes_weights_whose_card_tells_the_truth(data, tmp_path):
+@pytest.fixture(scope='module')
+def other_data(tmp_path_factory):
+    folder = tmp_path_factory.mktemp('data') / 'other'
+    generate_dataset(folder, num_scenes=70, num_objects=40, seed=4)
+    return folder
+
+
+def test_training_writes_weights_whose_card_tells_the_truth(data, other_data, tmp_path):
     out = tmp_path / 'weights.safetensors'
-    card = train_metric(data, out, steps=3, held_out_dir=data, run_dir=tmp_path / 'run')
+    card = train_metric(data, out, steps=3, held_out_dir=other_data, run_dir=tmp_path / 'run')
     assert card.steps == 3
     assert card.config['name'] == 'default'
     assert card.data['num_scenes'] == 70
@@ -35,7 +42,7 @@ def test_training_writes_weights_whose_card_tells_the_truth(data, tmp_path):
     assert card.calibration['same_relation_distance'] == pytest.approx(
         metric.calibration.same_relation_distance, abs=1e-4
     )
-    again = measure_retrieval(out, data, 'scene').summary()
+    again = measure_retrieval(out, other_data, 'scene').summary()
     assert {key: card.retrieval[key] for key in again} == again
 
 
@@ -44,8 +51,16 @@ def test_without_other_data_a_split_is_held_out(data, tmp_path):
     dataset = load_dataset(data)
     split = (*dataset.object_splits, *dataset.splits)[0]
     assert card.retrieval['split'] == f'scene {split.name}'
-    assert card.retrieval['protocol'] == '1 scene splits'
+    assert card.retrieval['protocol'] == '1 scene split'
+    assert card.retrieval['three_of_five_std'] is None
     assert card.data['num_scenes'] == len(split.train)
+
+
+def test_scenes_that_are_trained_with_are_not_held_out(data, tmp_path):
+    copy = tmp_path / 'copy'
+    shutil.copytree(data, copy)
+    with pytest.raises(DatasetFormatError, match='which are trained with; name scenes of other'):
+        train_metric(data, tmp_path / 'w.safetensors', steps=1, held_out_dir=copy)
 
 
 def test_the_shipped_metric_retrieves_generated_scenes_far_above_chance(data):
@@ -83,13 +98,24 @@ def test_held_out_data_without_splits_is_refused_before_training(data, tmp_path)
     assert steps == []
 
 
+def test_weights_without_finite_embeddings_are_not_written(data, tmp_path):
+    out = tmp_path / 'weights.safetensors'
+    with pytest.raises(WeightsError, match='not finite; train with a smaller learning rate'):
+        train_metric(data, out, steps=1, changes={'learning_rate': 1e38})
+    assert not out.exists()
+
+
 def test_a_split_over_objects_is_called_so(tmp_path):
     folder = tmp_path / 'data'
     generate_dataset(folder, num_scenes=56, num_objects=48, seed=3)
     card = train_metric(folder, tmp_path / 'weights.safetensors', steps=1, device='cpu')
     assert card.retrieval['split'] == 'object split1'
-    assert card.retrieval['protocol'] == '1 object splits'
-    assert card.data['num_scenes'] == len(load_dataset(folder).object_splits[0].train)
+    assert card.retrieval['protocol'] == '1 object split'
+    dataset = load_dataset(folder)
+    trained = [dataset.scene_by_name[name] for name in dataset.object_splits[0].train]
+    assert card.data['num_scenes'] == len(trained)
+    objects = {one for scene in trained for one in (scene.base_id, scene.relative_id)}
+    assert card.data['num_objects'] == len(objects) < len(dataset.clouds)
 
 
 def without_labels(folder):
@@ -113,9 +139,11 @@ def with_damaged_description(folder):
         (with_damaged_description, 'dataset.json is not JSON'),
     ],
 )
-def test_trouble_with_held_out_data_is_told_before_training(data, tmp_path, damage, complaint):
+def test_trouble_with_held_out_data_is_told_before_training(
+    data, other_data, tmp_path, damage, complaint
+):
     other = tmp_path / 'other'
-    shutil.copytree(data, other)
+    shutil.copytree(other_data, other)
     damage(other)
     steps = []
     with pytest.raises(DatasetFormatError, match=complaint):

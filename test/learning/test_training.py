@@ -15,9 +15,11 @@ from spatial_relations_ros.core import (
     Pose,
     Relation,
     Scene,
+    TrainingError,
     WeightsError,
 )
 from spatial_relations_ros.learning.batch_loss import BatchLoss
+from spatial_relations_ros.learning.distributed import is_main_process
 from spatial_relations_ros.learning.encoders import make_encoder
 from spatial_relations_ros.learning.trainer import _optimizer, train_encoder
 from spatial_relations_ros.learning.training_config import (
@@ -206,6 +208,19 @@ def test_every_loss_and_optimizer_takes_steps(training_set, loss, optimizer):
     )
     encoder = train_encoder(training_set, config, seed=0)
     assert all(torch.isfinite(p).all() for p in encoder.parameters())
+
+
+def test_numbers_that_are_no_longer_finite_end_the_training(training_set, tmp_path):
+    config = dataclasses.replace(TINY, learning_rate=1e30, steps=10)
+    with pytest.raises(TrainingError, match=r'step \d+: the .* smaller learning_rate than 1e\+30'):
+        train_encoder(training_set, config, seed=0, run_dir=tmp_path)
+    assert not (tmp_path / 'checkpoint.pt').exists()
+
+
+def test_a_rank_without_other_processes_is_alone(monkeypatch):
+    monkeypatch.setenv('RANK', '1')
+    monkeypatch.delenv('WORLD_SIZE', raising=False)
+    assert is_main_process()
 
 
 def test_a_relation_with_one_scene_is_refused(solids):

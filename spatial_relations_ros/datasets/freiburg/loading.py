@@ -106,13 +106,31 @@ def _with_models(
         except CloudFormatError as error:
             raise DatasetFormatError(f'object {object_id}: {error}') from error
     names = {scene.name for scene in scenes}
+    object_splits = _read_splits(folder / OBJECT_SPLITS_FOLDER, names)
+    _check_objects_apart(folder / OBJECT_SPLITS_FOLDER, object_splits, scenes)
     return RelationDataset(
         clouds,
         tuple(scenes),
         _read_splits(folder / SPLITS_FOLDER, names),
-        _read_splits(folder / OBJECT_SPLITS_FOLDER, names),
+        object_splits,
         meshes,
     )
+
+
+def _check_objects_apart(
+    folder: Path, splits: Iterable[Split], scenes: Iterable[RelationScene]
+) -> None:
+    """No object of a test scene may be in a training scene."""
+    objects_of = {scene.name: (scene.base_id, scene.relative_id) for scene in scenes}
+    for split in splits:
+        trains = {one: name for name in split.train for one in objects_of[name]}
+        for name in split.test:
+            for one in objects_of[name]:
+                if one in trains:
+                    raise DatasetFormatError(
+                        f'{folder}: {split.name} tests {one} (scene {name}) and also trains with '
+                        f'it (scene {trains[one]}); splits over scenes belong to {SPLITS_FOLDER}/'
+                    )
 
 
 def _model_files(folder: Path) -> tuple[dict[str, Path], dict[str, Path]]:

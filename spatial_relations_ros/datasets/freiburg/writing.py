@@ -29,21 +29,17 @@ def write_dataset(folder: Path | str, dataset: RelationDataset) -> None:
     """Writes a dataset in the paper's folder format; ``load_dataset`` reads it back.
 
     Clouds go to ``pointclouds/``, meshes to ``meshes/``. Translations are written relative to
-    object 1, as the format has it.
+    object 1, as the format has it. Scenes, labels and splits that were there before are replaced;
+    ``scenes.txt`` is written last, so that what is not written to the end is no dataset.
     """
     folder = Path(folder)
+    for name in (SCENES_FILE, LABELS_FILE):
+        (folder / name).unlink(missing_ok=True)
+    remove_splits(folder)
     for object_id, points in dataset.clouds.items():
         save_cloud(_cloud_path(folder, object_id), points)
     for object_id, mesh in dataset.meshes.items():
         save_mesh(_mesh_path(folder, object_id), mesh)
-    write_lines(
-        folder / SCENES_FILE,
-        [SCENES_HEADER]
-        + [
-            format_scene_line(scene.name, scene.world_from_base, scene.world_from_relative)
-            for scene in dataset.scenes
-        ],
-    )
     labelled = [(s.name, s.label) for s in dataset.scenes if s.label is not None]
     if labelled:
         write_lines(
@@ -52,6 +48,14 @@ def write_dataset(folder: Path | str, dataset: RelationDataset) -> None:
         )
     _write_splits(folder / SPLITS_FOLDER, dataset.splits)
     _write_splits(folder / OBJECT_SPLITS_FOLDER, dataset.object_splits)
+    write_lines(
+        folder / SCENES_FILE,
+        [SCENES_HEADER]
+        + [
+            format_scene_line(scene.name, scene.world_from_base, scene.world_from_relative)
+            for scene in dataset.scenes
+        ],
+    )
 
 
 def _write_splits(folder: Path, splits: Iterable[Split]) -> None:

@@ -16,7 +16,6 @@ from spatial_relations_ros.datasets.freiburg.lines import read_json
 from spatial_relations_ros.datasets.freiburg.loading import SCENES_FILE
 from spatial_relations_ros.datasets.freiburg.writing import (
     remove_models,
-    remove_splits,
     write_lines,
 )
 from spatial_relations_ros.datasets.generator.drawing import (
@@ -115,13 +114,11 @@ def generate_dataset(
     everything = {**dict.fromkeys(before, None), **described}
     write_lines(folder / OBJECTS_FILE, [json.dumps(everything, indent=1, sort_keys=True)])
     # Without scenes, what is half replaced is no dataset; with the old ones it would be a mixture.
-    for name in (SCENES_FILE, GROUND_TRUTH_FILE):
-        (folder / name).unlink(missing_ok=True)
+    (folder / SCENES_FILE).unlink(missing_ok=True)
     remove_models(folder, before - set(described))
-    remove_splits(folder)
+    write_lines(folder / GROUND_TRUTH_FILE, [json.dumps(entry.truth) for entry in drawn])
     write_dataset(folder, _dataset(models, scenes, seed=seed, num_points=num_points))
     write_lines(folder / OBJECTS_FILE, [json.dumps(described, indent=1, sort_keys=True)])
-    write_lines(folder / GROUND_TRUTH_FILE, [json.dumps(entry.truth) for entry in drawn])
 
 
 def _objects_before(folder: Path) -> set[str]:
