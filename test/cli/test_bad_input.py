@@ -166,3 +166,17 @@ def test_units_that_look_wrong_are_warned_about(relations, scene_files, weights,
     assert result.exit_code == 0, result.output
     assert 'millimetres?' in result.stderr
     assert '.py:' not in result.stderr
+
+
+def test_a_file_is_no_folder_for_a_dataset(relations, tmp_path):
+    (tmp_path / 'file').write_text('')
+    result = relations('generate', tmp_path / 'file', '--scenes', 28, '--objects', 10)
+    assert result.exit_code == 2
+    assert 'is a file, not a folder' in ' '.join(result.stderr.split())
+
+
+@pytest.mark.parametrize('seed', [-1, 2**32])
+def test_seeds_that_not_everything_takes_are_refused(relations, tmp_path, seed):
+    result = relations('generate', tmp_path / 'data', '--seed', seed)
+    assert result.exit_code == 2
+    assert '--seed' in result.stderr
