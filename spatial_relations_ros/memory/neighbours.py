@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from collections import Counter
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from spatial_relations_ros.core import ConfigError, MemoryFileError
-from spatial_relations_ros.memory.scene_rows import read_blob
+from spatial_relations_ros.core import ConfigError
+from spatial_relations_ros.memory.embedding_rows import Embeddings
 
 
 @dataclass(frozen=True)
@@ -31,7 +30,6 @@ class EmbeddingIndex:
         # From the centre: a common offset would cost the products below their precision.
         self._offsets: NDArray[np.float32] = np.zeros((0, 0), dtype=np.float32)
         self._squares: NDArray[np.float32] = np.zeros(0, dtype=np.float32)
-        self.last_id = 0
 
     def __len__(self) -> int:
         return len(self._rows)
@@ -42,39 +40,28 @@ class EmbeddingIndex:
         is_small = len(self._names) < 1000
         return 2 * len(self._rows) < len(self._names) and not (is_small and self._rows)
 
+    @property
+    def dim(self) -> int:
+        """How many numbers an embedding in it has; 0 before there is one."""
+        return len(self._centre)
+
     def ids(self) -> NDArray[np.int64]:
         """Of all relations in it, in no order."""
         return np.fromiter(self._rows, dtype=np.int64, count=len(self._rows))
 
-    def add(self, relations: Sequence[tuple[int, str, bytes]]) -> None:
-        """Adds relations: id, name, embedding as a blob of float32; ids must rise.
-
-        Raises:
-            MemoryFileError: when a blob has another length than the others.
-        """
-        if not relations:
+    def add(self, relations: Embeddings) -> None:
+        """Adds relations, with as many numbers as those before."""
+        if not relations.ids:
             return
-        lengths = Counter(len(blob) for _, _, blob in relations)
-        usual = 4 * len(self._centre) if self._names else lengths.most_common(1)[0][0]
-        for _, name, blob in relations if set(lengths) != {usual} else ():
-            if len(blob) != usual:
-                raise MemoryFileError(
-                    f'the embedding of {name!r} is damaged: {len(blob)} bytes where the others '
-                    f'have {usual}; forget that relation or remember it anew'
-                )
-        flat = read_blob(b''.join(blob for _, _, blob in relations), '<f4')
-        embeddings = flat.reshape(len(relations), -1)
         if not self._names:
-            self._centre = embeddings.mean(axis=0, dtype=np.float64)
-        first, after = len(self._names), len(self._names) + len(relations)
+            self._centre = relations.vectors.mean(axis=0, dtype=np.float64)
+        first, after = len(self._names), len(self._names) + len(relations.ids)
         self._reserve(after)
-        offsets = (embeddings - self._centre).astype(np.float32)
+        offsets = (relations.vectors - self._centre).astype(np.float32)
         self._offsets[first:after] = offsets
         self._squares[first:after] = np.einsum('nd,nd->n', offsets, offsets)
-        for row, (relation_id, name, _) in enumerate(relations, start=first):
-            self._rows[relation_id] = row
-            self._names.append(name)
-        self.last_id = relations[-1][0]
+        self._rows.update(zip(relations.ids, range(first, after), strict=True))
+        self._names.extend(relations.names)
 
     def remove(self, relation_ids: Iterable[int]) -> None:
         """Empties the rows of relations; ids that are not there do not matter."""

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import threading
 import warnings
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from types import TracebackType
 
@@ -21,13 +21,10 @@ from spatial_relations_ros.core import (
     WeightsError,
 )
 from spatial_relations_ros.memory.current_index import CurrentIndex
+from spatial_relations_ros.memory.damage import DamageReport, is_storable_text
 from spatial_relations_ros.memory.neighbours import Neighbour, checked_embedding
-from spatial_relations_ros.memory.scene_rows import (
-    check_storable,
-    insert_objects,
-    is_storable_text,
-    read_scene,
-)
+from spatial_relations_ros.memory.relation_rows import RememberedRelation, read_relations
+from spatial_relations_ros.memory.scene_rows import check_storable, insert_objects, read_scene
 from spatial_relations_ros.memory.schema import (
     default_memory_path,
     explained,
@@ -43,27 +40,6 @@ MAX_NAME_LENGTH = 200
 EMBED_BATCH = 64
 
 
-@dataclass(frozen=True)
-class RememberedRelation:
-    """What is known of a remembered relation without reading its clouds.
-
-    Attributes:
-        name: unique.
-        base_id: object id of the base.
-        relative_id: object id of the relative.
-        stamp_ns: time of the scene, nanoseconds.
-        frame_id: the scene's world frame.
-        model_hash: of the model that embedded it.
-    """
-
-    name: str
-    base_id: str
-    relative_id: str
-    stamp_ns: int
-    frame_id: str
-    model_hash: str
-
-
 class RelationMemory:
     """Demonstrated relations in one SQLite file.
 
@@ -73,7 +49,8 @@ class RelationMemory:
 
     Args:
         path: the file; made when missing. Below XDG_DATA_HOME by default.
-        warn: told what a search leaves out; Python's warnings by default.
+        warn: told, once of each, which relations are damaged and left out; Python's warnings by
+            default.
 
     Raises:
         MemoryFileError: from here and every method, when the file cannot be opened, read or
@@ -84,7 +61,7 @@ class RelationMemory:
         self, path: Path | str | None = None, *, warn: Callable[[str], None] | None = None
     ) -> None:
         self.path = default_memory_path() if path is None else Path(path)
-        self._warn = warn or _warn
+        self._damage = DamageReport(warn or _warn)
         self._lock = threading.RLock()
         self._connection = open_database(self.path)
         self._index = CurrentIndex(self._connection)
@@ -93,6 +70,12 @@ class RelationMemory:
         """Closes the file; the object cannot be used afterwards."""
         with self._lock:
             self._connection.close()
+
+    @contextmanager
+    def _use(self) -> Iterator[None]:
+        """The file for one thread, and its errors in words."""
+        with self._lock, explained(self.path):
+            yield
 
     def __enter__(self) -> RelationMemory:
         return self
@@ -137,7 +120,7 @@ class RelationMemory:
             raise ConfigError(f'{name!r} is no name for a relation: it is no valid UTF-8')
         check_storable(scene)
         vector = checked_embedding(embedding)
-        with self._lock, explained(self.path):
+        with self._use():
             with transaction(self._connection):
                 taken = self._id_of(name)
                 if taken is not None and not replace:
@@ -161,7 +144,7 @@ class RelationMemory:
         Raises:
             UnknownRelationError: when there is none of that name.
         """
-        with self._lock, explained(self.path):
+        with self._use():
             with transaction(self._connection):
                 relation_id = self._id_of(name)
                 if relation_id is None:
@@ -178,7 +161,7 @@ class RelationMemory:
             UnknownRelationError: when there is none of that name.
             MemoryFileError: when it is damaged.
         """
-        with self._lock, explained(self.path):
+        with self._use():
             with snapshot(self._connection):
                 relation_id = self._id_of(name)
                 scene = None if relation_id is None else read_scene(self._connection, relation_id)
@@ -187,19 +170,14 @@ class RelationMemory:
             return scene
 
     def list(self) -> tuple[RememberedRelation, ...]:
-        """All remembered relations, by name."""
-        with self._lock, explained(self.path):
-            rows = self._connection.execute(
-                'SELECT name, base.object_id, relative.object_id, stamp_ns, frame_id, model_hash '
-                'FROM relations '
-                'JOIN objects AS base USING (relation_id) '
-                'JOIN objects AS relative USING (relation_id) '
-                'WHERE base.role = 0 AND relative.role = 1 ORDER BY name'
-            ).fetchall()
-        return tuple(RememberedRelation(*row) for row in rows)
+        """All remembered relations, by name; damaged ones are left out with a warning."""
+        with self._use():
+            relations, damaged = read_relations(self._connection)
+        self._damage.tell(damaged)
+        return relations
 
     def __len__(self) -> int:
-        with self._lock, explained(self.path):
+        with self._use():
             count: int = self._connection.execute('SELECT COUNT(*) FROM relations').fetchone()[0]
         return count
 
@@ -229,10 +207,10 @@ class RelationMemory:
         if k < 1:
             raise ConfigError(f'asked for {k} neighbours; at least one makes sense')
         vector = checked_embedding(embedding)
-        with self._lock, explained(self.path):
-            stale = self._index.update(model_hash)
+        with self._use():
+            stale = self._index.update(model_hash, len(vector))
             if not stale:
-                return self._index.embeddings.nearest(vector, k)
+                return self._nearest(vector, k)
         if embed is None:
             raise WeightsError(
                 f'{len(stale)} of the relations in {self.path} were embedded by another model; '
@@ -240,10 +218,15 @@ class RelationMemory:
             )
         for first in range(0, len(stale), EMBED_BATCH):
             self._embed_anew(stale[first : first + EMBED_BATCH], model_hash, embed)
-        with self._lock, explained(self.path):
+        with self._use():
             # Who embeds with another model meanwhile takes relations away from this search.
-            self._index.update(model_hash)
-            return self._index.embeddings.nearest(vector, k)
+            self._index.update(model_hash, len(vector))
+            return self._nearest(vector, k)
+
+    def _nearest(self, vector: NDArray[np.float32], k: int) -> tuple[Neighbour, ...]:
+        """Of what the index has."""
+        self._damage.tell(self._index.damaged)
+        return self._index.embeddings.nearest(vector, k)
 
     def _embed_anew(self, relation_ids: Sequence[int], model_hash: str, embed: Embed) -> None:
         """Embeds relations with another model and keeps that."""
@@ -256,7 +239,7 @@ class RelationMemory:
             for relation_id, vector in zip(scenes, embeddings, strict=True)
         ]
         # An id is never used twice: a relation that was replaced meanwhile is not touched.
-        with self._lock, explained(self.path), transaction(self._connection):
+        with self._use(), transaction(self._connection):
             self._connection.executemany(
                 'UPDATE relations SET model_hash = ?, embedding = ? WHERE relation_id = ?', rows
             )
@@ -267,21 +250,20 @@ class RelationMemory:
         Leaves damaged ones out.
         """
         scenes: dict[int, Scene] = {}
-        damaged: dict[int, MemoryFileError] = {}
-        with self._lock, explained(self.path), snapshot(self._connection):
+        damaged: dict[int, str] = {}
+        with self._use(), snapshot(self._connection):
             for relation_id in relation_ids:
                 if self._is_of(relation_id, model_hash):
                     continue  # another search was faster
                 try:
                     scene = read_scene(self._connection, relation_id)
                 except MemoryFileError as error:
-                    damaged[relation_id] = error
+                    damaged[relation_id] = str(error)
                 else:
                     if scene is not None:
                         scenes[relation_id] = scene
             self._index.leave_out(damaged)
-        for damage in damaged.values():
-            self._warn(f'{damage}. It is not among the nearest until then')
+        self._damage.tell(damaged)
         return scenes
 
     def _is_of(self, relation_id: int, model_hash: str) -> bool:
@@ -292,10 +274,12 @@ class RelationMemory:
         return row is not None
 
     def _id_of(self, name: str) -> int | None:
-        if not is_storable_text(name):
+        try:  # a damaged name as a command line has it, so that it can be forgotten
+            raw = name.encode(errors='surrogateescape')
+        except UnicodeEncodeError:
             return None
         row = self._connection.execute(
-            'SELECT relation_id FROM relations WHERE name = ?', (name,)
+            'SELECT relation_id FROM relations WHERE name = CAST(? AS TEXT)', (raw,)
         ).fetchone()
         return None if row is None else int(row[0])
 

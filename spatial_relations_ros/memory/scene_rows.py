@@ -20,19 +20,11 @@ from spatial_relations_ros.core import (
     SpatialRelationsError,
     TriangleMesh,
 )
+from spatial_relations_ros.memory.damage import damaged_text, is_storable_text, read_text
 
 ROLES = ('base', 'relative')
 # SQLite keeps whole numbers in eight bytes.
 INTEGERS = range(-(2**63), 2**63)
-
-
-def is_storable_text(text: str) -> bool:
-    """Whether a text has a form in UTF-8: arguments of a command line that are none have not."""
-    try:
-        text.encode()
-    except UnicodeEncodeError:
-        return False
-    return True
 
 
 def check_storable(scene: Scene) -> None:
@@ -96,10 +88,7 @@ def read_scene(connection: sqlite3.Connection, relation_id: int) -> Scene | None
     try:
         return _scene(rows, int(stamp_ns), frame_id.decode())
     except (SpatialRelationsError, OverflowError, TypeError, ValueError) as error:
-        raise MemoryFileError(
-            f'the remembered relation {name.decode(errors="replace")!r} is damaged ({error}); '
-            'replace or forget it'
-        ) from error
+        raise MemoryFileError(damaged_text(relation_id, read_text(name), str(error))) from error
 
 
 def _scene(rows: Sequence[tuple[Any, ...]], stamp_ns: int, frame_id: str) -> Scene:
@@ -111,15 +100,15 @@ def _scene(rows: Sequence[tuple[Any, ...]], stamp_ns: int, frame_id: str) -> Sce
 
 def _object(row: tuple[Any, ...]) -> SceneObject:
     object_id, pose, points, source, support, vertices, triangles = row
-    numbers = read_blob(pose, '<f8')
+    numbers = _read_blob(pose, '<f8')
     mesh = None
     if vertices is not None:
         mesh = TriangleMesh(
-            read_blob(vertices, '<f4').reshape(-1, 3), read_blob(triangles, '<i4').reshape(-1, 3)
+            _read_blob(vertices, '<f4').reshape(-1, 3), _read_blob(triangles, '<i4').reshape(-1, 3)
         )
     return SceneObject(
         object_id.decode(),
-        read_blob(points, '<f4').reshape(-1, 3),
+        _read_blob(points, '<f4').reshape(-1, 3),
         Pose(numbers[:3], numbers[3:]),
         source=CloudSource(source),
         support=math.nan if support is None else float(support),
@@ -131,7 +120,7 @@ def _blob(values: NDArray[Any], dtype: str) -> bytes:
     return np.ascontiguousarray(values, dtype=dtype).tobytes()
 
 
-def read_blob(data: bytes, dtype: str) -> NDArray[Any]:
+def _read_blob(data: bytes, dtype: str) -> NDArray[Any]:
     """The array (N,) of a blob.
 
     Raises:

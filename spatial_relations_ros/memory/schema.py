@@ -9,6 +9,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from spatial_relations_ros.core import MemoryFileError, data_path
+from spatial_relations_ros.memory.damage import read_text
 
 # "SpRl": tells this file from any other SQLite database.
 APPLICATION_ID = 0x5370526C
@@ -66,6 +67,7 @@ def open_database(path: Path) -> sqlite3.Connection:
 
 
 def _prepare(connection: sqlite3.Connection, path: Path) -> None:
+    connection.text_factory = read_text
     connection.execute('PRAGMA foreign_keys = ON')
     # In one view of the file: another process may just be making it.
     with snapshot(connection):

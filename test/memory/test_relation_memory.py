@@ -243,15 +243,6 @@ def test_an_embedding_of_another_length_is_refused(memory):
         memory.nearest(np.zeros(4), 0, 'model')
 
 
-def test_a_damaged_embedding_is_said_at_each_search(memory):
-    for name in ('one', 'two'):
-        memory.remember(name, make_scene(), np.zeros(4), 'model')
-    memory._connection.execute("UPDATE relations SET embedding = x'00' WHERE name = 'two'")
-    for _ in range(2):
-        with pytest.raises(MemoryFileError, match="embedding of 'two' is damaged"):
-            memory.nearest(np.zeros(4), 1, 'model')
-
-
 def test_something_else_is_not_overwritten(tmp_path):
     text = tmp_path / 'notes.txt'
     text.write_text('these are notes, and not a database at all\n' * 100)
