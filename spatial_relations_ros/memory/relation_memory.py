@@ -47,6 +47,8 @@ class RelationMemory:
     An object may be used from several threads; calls take turns, but none waits while another one
     embeds scenes.
 
+    Where the file or its folder cannot be written, what is in it can still be read.
+
     Args:
         path: the file; made when missing. Below XDG_DATA_HOME by default.
         warn: told, once of each, which relations are damaged and left out; Python's warnings by

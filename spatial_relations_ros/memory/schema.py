@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+import os
 import sqlite3
-import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -15,7 +15,6 @@ from spatial_relations_ros.memory.damage import read_text
 APPLICATION_ID = 0x5370526C
 SCHEMA_VERSION = 1
 BUSY_TIMEOUT_SEC = 10.0
-_RETRY_SEC = 0.01
 
 _TABLES = """
 CREATE TABLE relations (
@@ -50,19 +49,49 @@ def default_memory_path() -> Path:
 def open_database(path: Path) -> sqlite3.Connection:
     """Opens the file, makes it and its folder when missing.
 
+    Where it or its folder cannot be written it is opened for reading only.
+
     Raises:
         MemoryFileError: when it cannot be opened or is not a file of remembered relations.
     """
     with explained(path):
-        path.parent.mkdir(parents=True, exist_ok=True)
-        connection = sqlite3.connect(
-            path, timeout=BUSY_TIMEOUT_SEC, isolation_level=None, check_same_thread=False
-        )
+        uri, may_write = path.absolute().as_uri(), not _is_read_only(path)
+        if may_write:
+            path.parent.mkdir(parents=True, exist_ok=True)
+        connection = _connect(uri) if may_write else _connect_read_only(path, uri)
         try:
             _prepare(connection, path)
+            if may_write:
+                _end_write_ahead(connection)
         except BaseException:
             connection.close()
             raise
+    return connection
+
+
+def _is_read_only(path: Path) -> bool:
+    """Whether there is a file that cannot be written: each write makes a file beside it, too."""
+    places = path, path.resolve().parent
+    return path.is_file() and not all(os.access(place, os.W_OK) for place in places)
+
+
+def _connect(uri: str) -> sqlite3.Connection:
+    return sqlite3.connect(
+        uri, uri=True, timeout=BUSY_TIMEOUT_SEC, isolation_level=None, check_same_thread=False
+    )
+
+
+def _connect_read_only(path: Path, uri: str) -> sqlite3.Connection:
+    connection = _connect(f'{uri}?mode=ro')
+    try:
+        connection.execute('PRAGMA user_version')
+    except sqlite3.OperationalError:
+        connection.close()
+        # Of an earlier release, with a write-ahead log: reading would make files beside it. When
+        # there is none, all is in the file.
+        if path.with_name(f'{path.name}-wal').exists():
+            raise
+        return _connect(f'{uri}?immutable=1')
     return connection
 
 
@@ -73,8 +102,6 @@ def _prepare(connection: sqlite3.Connection, path: Path) -> None:
     with snapshot(connection):
         is_ours = _is_ours(connection, path)
     if not is_ours:
-        # Readers go on while one writes; survives being killed at any moment.
-        _write_ahead(connection)
         with transaction(connection):
             # Another process may have been faster.
             if not _is_ours(connection, path):
@@ -82,23 +109,23 @@ def _prepare(connection: sqlite3.Connection, path: Path) -> None:
                     connection.execute(statement)
                 connection.execute(f'PRAGMA application_id = {APPLICATION_ID}')
                 connection.execute(f'PRAGMA user_version = {SCHEMA_VERSION}')
-    connection.execute('PRAGMA synchronous = FULL')
+    # The end of a transaction is its journal's, which FULL may lose with the power.
+    connection.execute('PRAGMA synchronous = EXTRA')
 
 
-def _write_ahead(connection: sqlite3.Connection) -> None:
-    """Changes the journal; other than statements that fails at once while others use the file."""
-    end_sec = time.monotonic() + BUSY_TIMEOUT_SEC
-    while True:
-        try:
-            connection.execute('PRAGMA journal_mode = WAL')
-        except sqlite3.OperationalError as error:
-            # The code's first byte; the rest tells which kind of busy.
-            is_busy = error.sqlite_errorcode & 0xFF == sqlite3.SQLITE_BUSY
-            if not is_busy or time.monotonic() > end_sec:
-                raise
-            time.sleep(_RETRY_SEC)
-        else:
-            return
+def _end_write_ahead(connection: sqlite3.Connection) -> None:
+    """Has all that is remembered in the one file, so that a copy of it is whole.
+
+    A write-ahead log, as earlier releases had, keeps it beside the file until the last process
+    closes that; and it would be taken for that of another file that is put in its place.
+    """
+    try:
+        connection.execute('PRAGMA journal_mode = DELETE')
+    except sqlite3.OperationalError as error:
+        # While others use the log it goes on, and the next one to open the file tries again.
+        # The code's first byte; the rest tells which kind of busy.
+        if error.sqlite_errorcode & 0xFF != sqlite3.SQLITE_BUSY:
+            raise
 
 
 def _is_ours(connection: sqlite3.Connection, path: Path) -> bool:
@@ -159,7 +186,7 @@ def _advice(error: sqlite3.Error) -> str:
     if code == sqlite3.SQLITE_FULL:
         return 'the disk is full; nothing was changed'
     if code in (sqlite3.SQLITE_READONLY, sqlite3.SQLITE_PERM):
-        return 'the file or its folder cannot be written; nothing was changed'
+        return 'is read-only: the file or its folder cannot be written; nothing was changed'
     if code in (sqlite3.SQLITE_BUSY, sqlite3.SQLITE_LOCKED):
         return f'another process kept the file locked for {BUSY_TIMEOUT_SEC:.0f} s; try again'
     if code == sqlite3.SQLITE_NOTADB:
