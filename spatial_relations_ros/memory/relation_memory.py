@@ -22,6 +22,7 @@ from spatial_relations_ros.core import (
 )
 from spatial_relations_ros.memory.current_index import CurrentIndex
 from spatial_relations_ros.memory.damage import DamageReport, is_storable_text
+from spatial_relations_ros.memory.file_identity import FileIdentity
 from spatial_relations_ros.memory.neighbours import Neighbour, checked_embedding
 from spatial_relations_ros.memory.relation_rows import RememberedRelation, read_relations
 from spatial_relations_ros.memory.scene_rows import check_storable, insert_objects, read_scene
@@ -56,7 +57,7 @@ class RelationMemory:
 
     Raises:
         MemoryFileError: from here and every method, when the file cannot be opened, read or
-            written; a failed write changes nothing.
+            written, or is no longer at its path; a failed write changes nothing.
     """
 
     def __init__(
@@ -66,6 +67,8 @@ class RelationMemory:
         self._damage = DamageReport(warn or _warn)
         self._lock = threading.RLock()
         self._connection = open_database(self.path)
+        with explained(self.path):
+            self._identity = FileIdentity(self.path)
         self._index = CurrentIndex(self._connection)
 
     def close(self) -> None:
@@ -73,10 +76,15 @@ class RelationMemory:
         with self._lock:
             self._connection.close()
 
+    def is_in_place(self) -> bool:
+        """Whether the file is still at its path; otherwise only a new object can use that."""
+        return self._identity.is_in_place()
+
     @contextmanager
     def _use(self) -> Iterator[None]:
-        """The file for one thread, and its errors in words."""
+        """The file for one thread: the one that was opened, and its errors in words."""
         with self._lock, explained(self.path):
+            self._identity.check()
             yield
 
     def __enter__(self) -> RelationMemory:

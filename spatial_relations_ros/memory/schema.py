@@ -10,6 +10,7 @@ from pathlib import Path
 
 from spatial_relations_ros.core import MemoryFileError, data_path
 from spatial_relations_ros.memory.damage import read_text
+from spatial_relations_ros.memory.file_identity import MOVED
 
 # "SpRl": tells this file from any other SQLite database.
 APPLICATION_ID = 0x5370526C
@@ -182,7 +183,10 @@ def explained(path: Path) -> Iterator[None]:
 
 
 def _advice(error: sqlite3.Error) -> str:
-    code = getattr(error, 'sqlite_errorcode', 0) & 0xFF
+    extended_code = getattr(error, 'sqlite_errorcode', 0)
+    if extended_code == sqlite3.SQLITE_READONLY_DBMOVED:
+        return MOVED
+    code = extended_code & 0xFF
     if code == sqlite3.SQLITE_FULL:
         return 'the disk is full; nothing was changed'
     if code in (sqlite3.SQLITE_READONLY, sqlite3.SQLITE_PERM):

@@ -24,7 +24,7 @@ class MemoryHost:
 
     Args:
         path: of the file.
-        warn: told what is damaged in it.
+        warn: told what is damaged in it, and that another file is at its path.
     """
 
     def __init__(self, path: Path, warn: Callable[[str], None]) -> None:
@@ -34,12 +34,15 @@ class MemoryHost:
 
     @contextmanager
     def memory(self) -> Iterator[RelationMemory]:
-        """The memory, which stays open for the block.
+        """The memory, which stays open for the block; opened anew when its file was moved.
 
         Raises:
             MemoryFileError: when the file cannot be opened; the next call tries again.
         """
         with self._lock:
+            if self._opened is not None and not self._opened.memory.is_in_place():
+                self._warn(f'{self._path} was moved, removed or replaced; it is opened anew')
+                self._let_go()
             if self._opened is None:
                 self._opened = _Opened(RelationMemory(self._path, warn=self._warn))
             opened = self._opened
@@ -54,9 +57,12 @@ class MemoryHost:
     def forget(self) -> None:
         """Has the file opened anew at the next use; who uses it now ends with the old one."""
         with self._lock:
-            opened, self._opened = self._opened, None
-            if opened is not None:
-                self._close_unused(opened)
+            self._let_go()
+
+    def _let_go(self) -> None:
+        opened, self._opened = self._opened, None
+        if opened is not None:
+            self._close_unused(opened)
 
     def _close_unused(self, opened: _Opened) -> None:
         if opened is not self._opened and opened.num_users == 0:

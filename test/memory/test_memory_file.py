@@ -1,4 +1,4 @@
-"""The one file: copied, of an earlier release, or not to be written."""
+"""The one file: copied, moved, replaced, of an earlier release, or not to be written."""
 
 import os
 import shutil
@@ -11,11 +11,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from spatial_relations_ros.core import Pose, Scene, SceneObject
+from spatial_relations_ros.core import MemoryFileError, Pose, Scene, SceneObject
 from spatial_relations_ros.memory import RelationMemory
 
 POINTS = np.zeros((10, 3), dtype=np.float32)
 SCENE = Scene(SceneObject('a', POINTS, Pose()), SceneObject('b', POINTS, Pose()))
+MOVED = 'moved, removed or replaced'
 
 
 def embed(scenes):
@@ -104,6 +105,66 @@ def test_a_log_that_others_use_goes_on(memory):
     raw.execute('COMMIT')
     assert raw.execute('SELECT COUNT(*) FROM relations').fetchone() == (2,)
     raw.close()
+
+
+def remove(path):
+    path.unlink()
+
+
+def move(path):
+    path.rename(path.with_name('away'))
+
+
+def replace(path):
+    shutil.copy(path, path.with_name('restored'))
+    path.with_name('restored').replace(path)
+
+
+@pytest.mark.parametrize('change', [remove, move, replace])
+@pytest.mark.parametrize(
+    'call',
+    [
+        lambda memory: memory.remember('two', SCENE, np.zeros(4), 'model'),
+        lambda memory: memory.forget('one'),
+        lambda memory: memory.get('one'),
+        lambda memory: memory.list(),
+        lambda memory: len(memory),
+        lambda memory: memory.nearest(np.zeros(4), 1, 'model'),
+    ],
+)
+def test_a_file_that_is_no_longer_there_is_not_used(memory, change, call):
+    assert memory.is_in_place()
+    change(memory.path)
+    with pytest.raises(MemoryFileError, match=f'relations.sqlite3 was {MOVED}.* open it anew'):
+        call(memory)
+    assert not memory.is_in_place()
+    with RelationMemory(memory.path) as new:
+        new.remember('new', SCENE, np.zeros(4), 'model')
+        memory.close()  # touches nothing of the new one
+        assert names(new) == (['new', 'one'] if change is replace else ['new'])
+
+
+def test_a_file_that_goes_while_others_embed_ends_the_search(memory):
+    def embed_and_move(scenes):
+        move(memory.path)
+        return embed(scenes)
+
+    with pytest.raises(MemoryFileError, match=MOVED):
+        memory.nearest(np.zeros(4), 1, 'new', embed=embed_and_move)
+
+
+def test_a_file_that_goes_after_a_look_at_it_is_not_written(memory):
+    memory._identity.check = lambda: None  # it was there a moment ago
+    move(memory.path)
+    with pytest.raises(MemoryFileError, match=MOVED):
+        memory.remember('two', SCENE, np.zeros(4), 'model')
+
+
+def test_another_working_directory_moves_no_file(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    with RelationMemory('relations.sqlite3') as memory:
+        monkeypatch.chdir('/')
+        assert memory.list() == ()
 
 
 READER = """

@@ -17,7 +17,7 @@ from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.task import Future
-from spatial_relations_msgs.srv import Embed, ListRelations, Nearest
+from spatial_relations_msgs.srv import Embed, ListRelations, Nearest, Remember
 from std_srvs.srv import Trigger
 
 from spatial_relations_ros.core import MemoryFileError, Pose, Scene, SceneObject
@@ -197,3 +197,21 @@ def test_a_reset_leaves_the_file_to_requests_that_run(
     assert first is not second
     with pytest.raises(MemoryFileError, match='closed'):
         list_relations(first)
+
+
+def test_a_file_that_is_put_in_its_place_is_used(
+    rig: Rig, tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    assert len(rig.call(ListRelations, 'list').names) == NUM_RELATIONS
+    copy = tmp_path / 'copy.sqlite3'
+    with RelationMemory(copy) as memory:
+        memory.remember('restored', make_scene(0), np.zeros(4), 'new')
+    copy.replace(rig.memory_path)
+    scene = [scene_to_msg(make_scene(0))]
+    response = wait_for(rig.send(Remember, 'remember', name='new', scene=scene), LIMIT_SEC)
+    assert response.success, response.message
+    assert list(rig.call(ListRelations, 'list').names) == ['new', 'restored']
+    assert len(rig.models()) == 2
+    assert 'was moved, removed or replaced; it is opened anew' in capfd.readouterr().err
+    rig.memory_path.unlink()
+    assert not rig.call(ListRelations, 'list').names
