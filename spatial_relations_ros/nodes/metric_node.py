@@ -83,7 +83,7 @@ class MetricNode(RelationsNode):
         self._host.worker.close()
 
     def destroy_node(self) -> None:
-        """Closes the memory, after what writes into it."""
+        """Closes the memory, after what uses the metric."""
         self._host.worker.join()
         self._relations.forget()
         super().destroy_node()
@@ -122,12 +122,7 @@ class MetricNode(RelationsNode):
 
     def _nearest(self, request: Nearest.Request, response: Nearest.Response) -> None:
         scene = self._scenes.given_or_seen(request.scene, request.object_ids, what='scene').scene
-
-        def job() -> tuple[RelationMetric, NDArray[np.float32]]:
-            metric = self._host.metric()
-            return metric, metric.embed_scenes([scene])[0]
-
-        metric, embedding = self._host.worker.run(job)
+        metric, embedding = self._embedded(scene)
 
         def embed_anew(scenes: Sequence[Scene]) -> NDArray[np.float32]:
             # All that other weights embedded may take minutes: a job for each batch, so that
@@ -146,17 +141,23 @@ class MetricNode(RelationsNode):
 
     def _remember(self, request: Remember.Request, response: Remember.Response) -> None:
         scene = self._scenes.given_or_seen(request.scene, request.object_ids, what='scene').scene
-
-        def job() -> None:
-            metric = self._host.metric()
-            embedding = metric.embed_scenes([scene])[0]
-            replace = bool(request.replace)
-            with self._relations.memory() as memory:
-                memory.remember(request.name, scene, embedding, metric.model_hash, replace=replace)
-
-        self._host.worker.run(job)
+        metric, embedding = self._embedded(scene)
+        # Here and not on the metric's thread: another process may keep the file locked.
+        with self._relations.memory() as memory:
+            memory.remember(
+                request.name, scene, embedding, metric.model_hash, replace=bool(request.replace)
+            )
         response.success = True
         response.message = f'{scene.relative.object_id} to {scene.base.object_id}'
+
+    def _embedded(self, scene: Scene) -> tuple[RelationMetric, NDArray[np.float32]]:
+        """The metric, and a scene's embedding by it."""
+
+        def job() -> tuple[RelationMetric, NDArray[np.float32]]:
+            metric = self._host.metric()
+            return metric, metric.embed_scenes([scene])[0]
+
+        return self._host.worker.run(job)
 
     def _recall(self, request: Recall.Request, response: Recall.Response) -> None:
         with self._relations.memory() as memory:

@@ -199,6 +199,22 @@ def test_a_reset_leaves_the_file_to_requests_that_run(
         list_relations(first)
 
 
+def test_a_locked_file_holds_only_what_writes_into_it(rig: Rig) -> None:
+    scene = [scene_to_msg(make_scene(0))]
+    blocker = sqlite3.connect(rig.memory_path, isolation_level=None)
+    blocker.execute('BEGIN IMMEDIATE')
+    try:
+        remembered = rig.send(Remember, 'remember', name='new', scene=scene)
+        assert wait_until(lambda: rig.metric.calls == [1], LIMIT_SEC)
+        assert wait_for(rig.send(Embed, 'embed', scene=scene), LIMIT_SEC).success
+        assert not remembered.done()
+    finally:
+        blocker.execute('ROLLBACK')
+        blocker.close()
+    response = wait_for(remembered, LIMIT_SEC)
+    assert response.success, response.message
+
+
 def test_a_file_that_is_put_in_its_place_is_used(
     rig: Rig, tmp_path: Path, capfd: pytest.CaptureFixture[str]
 ) -> None:
