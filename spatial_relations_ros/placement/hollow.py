@@ -82,6 +82,8 @@ def find_hollow(
     if covered.sum() < _LEAST_SHARE * num_in_hull:
         return None
     free = (~hits[covered]).astype(np.float64)
+    if not free.any():
+        return None  # closed all around
     outwards = free.sum(axis=0) @ directions
     if np.linalg.norm(outwards) < 0.2 * free.sum():
         # Open on both sides, as a ring is: the axis is where most free rays lead.

@@ -60,7 +60,7 @@ def _lean_angle(
     width = 2.0 * half_width(standing, direction)
     if height < 0.8 * width or (height < 1.2 * width and rng.random() < 0.5):
         least = _LEAST_LEAN
-        if support < 0.9 * width:
+        if 0.0 < support < 0.9 * width:
             least = max(least, float(np.arcsin(1.05 * support / width)))
         return -min(least + rng.uniform(0.0, np.deg2rad(16.0)), _MOST_LIFT)
     return float(rng.triangular(_LEAST_LEAN, np.deg2rad(18.0), np.deg2rad(48.0)))

@@ -81,6 +81,7 @@ def test_an_object_that_is_kept_upright_does_not_tip(metric, on_top, solids):
     assert tilts(ImitationOptions(num_answers=3, keep_upright=True)).max() < 0.1
 
 
+@pytest.mark.filterwarnings('error::RuntimeWarning')
 @pytest.mark.parametrize('above', [0.01, 0.5])
 def test_a_table_above_the_base_is_no_trouble(metric, on_top, apart, above):
     top = float(apart.base.world_points[:, 2].max())
