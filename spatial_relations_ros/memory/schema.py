@@ -86,11 +86,14 @@ def _connect_read_only(path: Path, uri: str) -> sqlite3.Connection:
     connection = _connect(f'{uri}?mode=ro')
     try:
         connection.execute('PRAGMA user_version')
-    except sqlite3.OperationalError:
+    except sqlite3.OperationalError as error:
         connection.close()
         # Of an earlier release, with a write-ahead log: reading would make files beside it. When
-        # there is none, all is in the file.
-        if path.with_name(f'{path.name}-wal').exists():
+        # there is none, all is in the file. A file that is locked is another matter.
+        is_unmakable = error.sqlite_errorcode & 0xFF in (
+            sqlite3.SQLITE_CANTOPEN, sqlite3.SQLITE_READONLY
+        )  # fmt: skip
+        if not is_unmakable or path.with_name(f'{path.name}-wal').exists():
             raise
         return _connect(f'{uri}?immutable=1')
     return connection

@@ -167,6 +167,18 @@ def test_another_working_directory_moves_no_file(tmp_path, monkeypatch):
         assert memory.list() == ()
 
 
+def test_a_file_that_is_locked_is_not_read_all_the_same(memory, monkeypatch):
+    monkeypatch.setattr('spatial_relations_ros.memory.schema._is_read_only', lambda path: True)
+    monkeypatch.setattr('spatial_relations_ros.memory.schema.BUSY_TIMEOUT_SEC', 0.1)
+    with sqlite3.connect(memory.path) as writer:
+        writer.execute('BEGIN EXCLUSIVE')
+        with pytest.raises(MemoryFileError, match='kept the file locked'):
+            RelationMemory(memory.path)
+    writer.close()
+    with RelationMemory(memory.path) as opened:
+        assert names(opened) == ['one']
+
+
 READER = """
 import encodings.idna, os, sys
 import numpy as np
